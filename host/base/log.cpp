@@ -1,0 +1,30 @@
+#include "base/log.h"
+
+#include <mutex>
+
+namespace clarus {
+namespace {
+
+std::mutex& mutex() {
+    static std::mutex instance;
+    return instance;
+}
+
+LogCallback& callback() {
+    static LogCallback instance;
+    return instance;
+}
+
+}  // namespace
+
+void set_log_callback(LogCallback new_callback) {
+    const std::lock_guard lock(mutex());
+    callback() = std::move(new_callback);
+}
+
+void log_message(LogLevel level, std::string_view message) {
+    const std::lock_guard lock(mutex());
+    if (callback()) callback()(level, message);
+}
+
+}  // namespace clarus

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+typedef struct _cl_context* cl_context;
+typedef struct _cl_device_id* cl_device_id;
+typedef struct _cl_command_queue* cl_command_queue;
+
+namespace clarus {
+
+enum class DeviceClass { gpu, cpu, dsp };
+
+/// What Clarus knows of a device and decides by; nothing in Clarus asks for a vendor's name.
+struct DeviceProfile {
+    std::string selector;  // "platform:device", what `Device::open` takes to get this one again
+    std::string name, vendor, platform, driver_version, opencl_version;
+    DeviceClass device_class = DeviceClass::cpu;
+    int compute_units = 1;
+    int clock_mhz = 0;
+    int float_vector_width = 1;      // native width in floats
+    size_t max_work_group_size = 1;
+    size_t global_memory = 0;        // bytes
+    size_t max_allocation = 0;       // bytes
+    size_t local_memory = 0;         // bytes
+    bool local_memory_is_dedicated = false;  // false where local memory is a part of global memory
+    size_t memory_alignment = 1;     // bytes; what a sub-buffer's origin is a multiple of
+    bool unified_memory = false;     // host and device share memory
+    bool images = false;
+    bool half_storage = false;       // vload_half and vstore_half compile (part of OpenCL 1.0; probed)
+    bool half_arithmetic = false;    // cl_khr_fp16, or a kernel that computes in half compiles (probed)
+    bool int8_dot_product = false;   // cl_khr_integer_dot_product
+    bool fast_fma = false;           // FP_FAST_FMAF
+    bool subgroups = false;
+    bool sub_devices = false;        // can be partitioned into devices of fewer compute units
+};
+
+/// Every device of every platform, in the order of their selectors. Empty where there is none.
+/// Errors: no_device where the OpenCL loader finds no platform.
+std::vector<DeviceProfile> list_devices();
+
+namespace ocl {
+class Context;
+}
+
+/// A device with a context, a queue and a cache of compiled programs. A handle: copies mean the same device.
+/// Upscalers of one Device may be used from one thread at a time; different Devices are independent.
+class Device {
+  public:
+    /// `selector`: "auto" (a GPU, else a DSP, else a CPU; the most compute units first), a class ("gpu", "cpu", "dsp"),
+    /// an index ("0:1": platform 0, device 1), a part of a name (case does not matter), and after any of them "/N" for
+    /// a sub-device of N compute units ("cpu/1"). Errors: no_device, naming what there is.
+    static Device open(std::string_view selector = "auto");
+
+    /// The caller's own objects, retained. Frames are enqueued on `queue`; where it is an out-of-order queue, on an
+    /// in-order queue of the same context, ordered by the events of the frame description.
+    static Device adopt(cl_context context, cl_device_id device, cl_command_queue queue);
+
+    const DeviceProfile& profile() const;
+    ocl::Context& context() const { return *context_; }
+
+  private:
+    explicit Device(std::shared_ptr<ocl::Context> context) : context_(std::move(context)) {}
+    std::shared_ptr<ocl::Context> context_;
+};
+
+/// The folder that holds compiled programs and tuning results: $CLARUS_CACHE_DIR, else $XDG_CACHE_HOME/clarus, else
+/// ~/.cache/clarus. Made when first written to; everything in it can be deleted at any time.
+std::string cache_directory();
+
+}  // namespace clarus

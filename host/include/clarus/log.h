@@ -1,0 +1,16 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+namespace clarus {
+
+enum class LogLevel { debug, info, warning };
+
+using LogCallback = std::function<void(LogLevel, std::string_view message)>;
+
+/// Where Clarus reports what it does (kernels compiled, tuning, fallbacks taken) and what looks wrong without being an
+/// error. One callback for the process; none (silence) until set. May be called from any thread, never concurrently.
+void set_log_callback(LogCallback callback);
+
+}  // namespace clarus

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace clarus {
+
+namespace io {
+class Safetensors;
+}
+
+/// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
+class Model {
+  public:
+    /// A `.safetensors` file (formats.md, "A model"). Errors: file, naming the tensor or key and what was expected.
+    static Model load(const std::string& path);
+
+    /// A filter without a network: "bilinear", "bicubic". `scale` is any real number from 1 to 8.
+    static Model filter(const std::string& name, double scale);
+
+    /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.
+    static Model find(const std::string& name_or_path, double scale = 2);
+
+    /// Names that `find` knows: shipped models, then filters. Shipped models are looked for in $CLARUS_MODEL_PATH
+    /// (folders separated by ':'), then where Clarus was built or installed.
+    static std::vector<std::string> names();
+
+    const std::string& name() const;      // the file's stem, or the filter's name
+    const std::string& pipeline() const;  // "enss", "bilinear", …
+    double scale() const;
+    bool needs_motion() const;  // and depth; false for single-frame models and filters
+    const std::map<std::string, std::string>& metadata() const;
+
+    /// The tensors of a model file; null for a filter.
+    const io::Safetensors* tensors() const;
+
+  private:
+    struct State;
+    std::shared_ptr<const State> state_;
+};
+
+}  // namespace clarus

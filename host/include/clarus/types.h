@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+
+typedef struct _cl_mem* cl_mem;
+typedef struct _cl_event* cl_event;
+
+namespace clarus {
+
+struct Size {
+    int width = 0;
+    int height = 0;
+    friend bool operator==(const Size&, const Size&) = default;
+};
+
+struct Vec2 {
+    float x = 0;
+    float y = 0;
+    friend bool operator==(const Vec2&, const Vec2&) = default;
+};
+
+/// How a pixel's component is stored. u8 is normalised: 255 is 1.
+enum class ElementType { u8, f16, f32 };
+
+/// An image with interleaved channels, in host memory or in a buffer object; exactly one of `host` and `buffer` is set.
+struct Image {
+    void* host = nullptr;      // first pixel; read only where the image is an input
+    cl_mem buffer = nullptr;   // an OpenCL buffer (not an image object) of the upscaler's context
+    size_t offset = 0;         // bytes from the start of `buffer` to the first pixel
+    size_t row_pitch = 0;      // bytes from row to row; 0 where rows follow each other without a gap
+    Size size;                 // pixels
+    int channels = 0;          // components a pixel; those beyond what is needed are skipped
+    ElementType type = ElementType::f32;
+
+    bool empty() const { return !host && !buffer; }
+};
+
+/// How intermediates are stored and computed. `fp16` stores half and computes in half where the device can, else in
+/// float; `automatic` takes fp16 where the device computes in half natively, else fp32.
+enum class Precision { fp32, fp16, automatic };
+
+/// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in choice
+/// for its class where there is none; `measure` first measures what is not stored; `fixed` takes built-in choices only.
+enum class Tuning { stored, measure, fixed };
+
+}  // namespace clarus

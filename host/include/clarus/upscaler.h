@@ -1,0 +1,152 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "clarus/device.h"
+#include "clarus/model.h"
+#include "clarus/types.h"
+
+namespace clarus {
+
+enum class ColorSpace {
+    srgb,    // display-encoded, [0, 1]; the output likewise
+    linear,  // linear HDR; tone-mapped on the device for the network, the output is linear HDR again
+};
+
+/// What a depth image holds (conventions.md, "Depth"). Canonical depth is `linear`, not reversed.
+struct DepthEncoding {
+    bool projective = false;          // a depth buffer's value; else linear in view distance
+    bool reversed = false;            // 1 is nearest
+    float near_plane = 0;             // view distance; for projective depth only
+    std::optional<float> far_plane;   // none: at infinity
+};
+
+/// What a motion image holds (conventions.md, "Motion"). In render pixels, to the previous frame and y down after
+/// multiplication by `scale`: an engine's uv vectors that point from the previous frame with y up have scale {-w, +h}.
+struct MotionEncoding {
+    Vec2 scale{1, 1};
+    bool jittered = false;             // the camera's jitter is inside the values (ENSS eq. 1)
+    bool sampled_at_jitter = false;    // rasterised with jitter; false: values belong to pixel centres
+};
+
+/// Settings that hold for a whole run.
+struct UpscalerOptions {
+    Precision precision = Precision::fp32;
+    Tuning tuning = Tuning::stored;
+    ColorSpace color_space = ColorSpace::srgb;
+    DepthEncoding depth;
+    MotionEncoding motion;
+    ElementType output_type = ElementType::f32;
+    int output_channels = 3;           // 3, or 4 with alpha 1
+    std::vector<std::string> views;    // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
+    bool profile = false;              // time every stage with device events
+};
+
+/// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
+/// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
+/// use (at present all of them).
+struct FrameDescription {
+    Image color;            // ≥ 3 channels
+    Image depth;            // ≥ 1 channel; may be empty where the model needs no motion
+    Image motion;           // ≥ 2 channels; likewise
+    Vec2 jitter;            // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
+    float exposure = 1;     // linear input only; > 0
+    bool reset = false;     // a cut: history is dropped before the frame. The first frame always resets
+    Image output;           // 3 or 4 channels, as in the options
+    std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
+
+    Image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;
+    struct Camera {
+        std::array<float, 16> view{}, projection{};  // row-major, without jitter
+        float near_plane = 0, far_plane = 0, fov_y = 0;
+    };
+    std::optional<Camera> camera;
+};
+
+/// Device memory, in bytes.
+struct MemoryRequirements {
+    size_t weights = 0;         // packed weights of every kernel
+    size_t arena = 0;           // intermediates and recurrent state, shared by lifetime
+    size_t live_at_worst = 0;   // the sum of what is live at the worst moment: the floor for `arena`
+    size_t staging = 0;         // copies of host images on the device, views kept
+    size_t total() const { return weights + arena + staging; }
+};
+
+/// One stage's share of the frames since the last `take_profile`.
+struct StageProfile {
+    std::string name;            // "convolution 1", "warp", …
+    std::string kernel;          // the implementation and its parameters
+    double seconds = 0;          // median over the frames, from device events
+    double operations = 0;       // floating-point operations a frame, counted as the plain definition's
+    double bytes = 0;            // bytes a frame that must be read and written, each tensor once
+    std::vector<std::array<double, 2>> spans;  // start and end in seconds on the device's clock, a frame each
+};
+
+/// What a submitted frame leaves behind. A handle; the last copy releases the event.
+class FrameEvent {
+  public:
+    void wait() const;
+    cl_event get() const;  // to be retained by whoever keeps it
+    /// Invalid motion vectors of the frame (0 on a reset). Waits.
+    unsigned invalid_motion_vectors() const;
+
+  private:
+    friend class Upscaler;
+    struct State;
+    std::shared_ptr<State> state_;
+};
+
+/// Runs one model on one stream of frames. Not thread-safe: one thread at a time; several upscalers are independent,
+/// also on one Device if their calls do not overlap.
+class Upscaler {
+  public:
+    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose tensors
+    /// do not fit its pipeline).
+    Upscaler(Device device, Model model, Size render_size, UpscalerOptions options = {});
+    ~Upscaler();
+    Upscaler(Upscaler&&) noexcept;
+    Upscaler& operator=(Upscaler&&) noexcept;
+
+    Size render_size() const;
+    Size output_size() const;
+
+    /// What `prepare` will allocate.
+    MemoryRequirements memory_requirements() const;
+
+    /// Compiles, tunes where the options say so, allocates and uploads weights. `submit` does it where it was not done.
+    /// `progress` is called with 0…1. Errors: build, out_of_memory, device.
+    void prepare(const std::function<void(double)>& progress = {});
+
+    /// Enqueues one frame and returns at once. Errors: invalid_argument, naming the field.
+    FrameEvent submit(const FrameDescription& frame);
+
+    /// Drops history: the next frame starts anew.
+    void reset();
+
+    /// Names of intermediates that can be asked for in UpscalerOptions::views ("alpha", "warped", …).
+    std::vector<std::string> view_names() const;
+
+    /// A view of the last submitted frame as interleaved floats. Waits.
+    struct View {
+        Size size;
+        int channels = 0;
+        std::vector<float> pixels;
+    };
+    View view(const std::string& name) const;
+
+    /// Stages with their times since the last call; empty unless options.profile.
+    std::vector<StageProfile> take_profile();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace clarus

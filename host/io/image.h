@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "clarus/types.h"
+
+namespace clarus::io {
+
+/// Interleaved floats, rows top to bottom. 8- and 16-bit files are normalised to [0, 1]; nothing else is converted.
+struct Pixels {
+    Size size;
+    int channels = 0;
+    std::vector<float> values;  // size.width * size.height * channels
+
+    float& at(int x, int y, int channel) {
+        return values[(static_cast<size_t>(y) * size.width + x) * channels + channel];
+    }
+    float at(int x, int y, int channel) const {
+        return values[(static_cast<size_t>(y) * size.width + x) * channels + channel];
+    }
+};
+
+struct ImageHeader {
+    Size size;
+    int channels = 0;
+};
+
+/// What a file says of itself, without its pixels. Errors: file, naming it.
+ImageHeader read_image_header(const std::filesystem::path& path);
+
+/// Any format that OpenImageIO reads. Alpha is left as stored (not multiplied in). Errors: file, naming it.
+Pixels read_image(const std::filesystem::path& path);
+
+enum class SampleType { u8, u16, f16, f32 };
+
+/// Writes `path` as its extension says, under a temporary name first, so that a file under its final name is always
+/// whole. u8 and u16 clamp to [0, 1] and round to nearest. Errors: file, naming it and the cause (permission, disk full).
+void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type);
+
+}  // namespace clarus::io

@@ -1,0 +1,18 @@
+# cmake -DOUTPUT=file.cpp -DFILES=a.cl;b.cl;common.clh -P embed.cmake
+set(content "#include \"kernel_sources.h\"\n\nnamespace clarus::ocl {\n\nstd::span<const KernelFile> kernel_files() {\n    static const KernelFile files[] = {\n")
+foreach(file ${FILES})
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text)
+  # A compiler may limit one literal to 64 KiB; adjacent literals join.
+  string(LENGTH "${text}" length)
+  set(literals "")
+  set(start 0)
+  while(start LESS length)
+    string(SUBSTRING "${text}" ${start} 8000 piece)
+    string(APPEND literals "R\"__CL__(${piece})__CL__\" ")
+    math(EXPR start "${start} + 8000")
+  endwhile()
+  string(APPEND content "        {\"${name}\", ${literals}},\n")
+endforeach()
+string(APPEND content "    };\n    return files;\n}\n\n}  // namespace clarus::ocl\n")
+file(WRITE ${OUTPUT} "${content}")
