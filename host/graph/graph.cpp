@@ -1,0 +1,145 @@
+#include "graph/graph.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace clarus::graph {
+namespace {
+
+// A pipeline that breaks these is a mistake in Clarus, not in a user's input: models and sizes are checked before.
+void expect(bool holds, const char* what) {
+    if (!holds) throw std::logic_error(what);
+}
+
+int ceil_divide(int value, int by) { return (value + by - 1) / by; }
+
+}  // namespace
+
+Value Graph::add(Operator op, std::vector<Value> inputs, Shape shape, std::string name) {
+    nodes.push_back({std::move(op), std::move(inputs), shape, std::move(name)});
+    return static_cast<Value>(nodes.size()) - 1;
+}
+
+Value Graph::input(Resource resource, Size render) {
+    switch (resource) {
+        case Resource::color: return add(Input{resource}, {}, {3, render.height, render.width}, "color");
+        case Resource::depth: return add(Input{resource}, {}, {1, render.height, render.width}, "depth");
+        case Resource::motion: return add(Input{resource}, {}, {2, render.height, render.width}, "motion");
+    }
+    throw std::logic_error("unknown resource");
+}
+
+Value Graph::plane(FrameScalar scalar, Size size) { return add(Plane{scalar}, {}, {1, size.height, size.width}, "plane"); }
+
+Value Graph::previous(Shape shape, std::string name) { return add(Previous{}, {}, shape, std::move(name)); }
+
+void Graph::carry(Value previous, Value next) {
+    expect(shape(previous) == shape(next), "a state keeps its shape");
+    states.push_back({previous, next});
+}
+
+Value Graph::upsample(Value image, int scale, Shift shift, std::string name) {
+    const Shape in = shape(image);
+    return add(Upsample{scale, shift}, {image}, {in.channels, in.height * scale, in.width * scale}, std::move(name));
+}
+
+Value Graph::resample(Value color, Filter filter, double scale, Size size) {
+    return add(Resample{filter, scale}, {color}, {shape(color).channels, size.height, size.width}, "resample");
+}
+
+Value Graph::dilate(Value motion, Value depth, int scale) {
+    const Shape in = shape(motion);
+    expect(shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
+    return add(Dilate{scale}, {motion, depth},
+               {2, ceil_divide(in.height * scale, kDilationBlock), ceil_divide(in.width * scale, kDilationBlock)}, "dilate");
+}
+
+Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale) {
+    const Shape in = shape(image);
+    const Shape motion = shape(block_motion);
+    expect(motion.channels == 2 && motion.height == ceil_divide(in.height, motion_block) &&
+               motion.width == ceil_divide(in.width, motion_block),
+           "one motion vector for each block of the image");
+    const Shape from = shape(fallback);
+    expect(from.height * fallback_scale == in.height && from.width * fallback_scale == in.width &&
+               from.channels <= in.channels,
+           "the fallback covers the image");
+    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, "warp");
+}
+
+Value Graph::space_to_depth(Value image, int scale) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "space-to-depth divides the image");
+    return add(SpaceToDepth{scale}, {image}, {in.channels * scale * scale, in.height / scale, in.width / scale},
+               "space_to_depth");
+}
+
+Value Graph::depth_to_space(Value image, int scale) {
+    const Shape in = shape(image);
+    expect(in.channels % (scale * scale) == 0, "depth-to-space divides the channels");
+    return add(DepthToSpace{scale}, {image}, {in.channels / (scale * scale), in.height * scale, in.width * scale},
+               "depth_to_space");
+}
+
+Value Graph::concat(std::vector<Value> inputs) {
+    expect(!inputs.empty(), "concat joins something");
+    Shape result = shape(inputs.front());
+    result.channels = 0;
+    for (const Value input : inputs) {
+        const Shape in = shape(input);
+        expect(in.height == result.height && in.width == result.width, "concat joins images of one size");
+        result.channels += in.channels;
+    }
+    return add(Concat{}, std::move(inputs), result, "concat");
+}
+
+Value Graph::slice(Value image, int first, int count) {
+    const Shape in = shape(image);
+    expect(first >= 0 && count > 0 && first + count <= in.channels, "a slice lies inside its image");
+    return add(Slice{first, count}, {image}, {count, in.height, in.width}, "slice");
+}
+
+Value Graph::convolution(Value image, Parameters weights, Activation activation, std::string name) {
+    const Shape in = shape(image);
+    expect(weights.in_channels == in.channels, "a convolution's weights fit its input");
+    const Shape result{weights.out_channels, in.height, in.width};
+    parameters.push_back(std::move(weights));
+    return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
+}
+
+Value Graph::sigmoid(Value image, std::string name) {
+    return add(Pointwise{{{Step::Function::sigmoid, {0}}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::mix(Value where_one, Value where_zero, Value weight, std::string name) {
+    const Shape in = shape(where_one);
+    expect(shape(where_zero) == in, "mixed images have one shape");
+    expect(shape(weight).channels == 1 || shape(weight) == in, "a weight for each pixel or each element");
+    return add(Pointwise{{{Step::Function::mix, {0, 1, 2}}}, {3}}, {where_one, where_zero, weight}, in, std::move(name));
+}
+
+Value Graph::clamp(Value image, float low, float high, std::string name) {
+    return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Cost cost(const Graph& graph, const Node& node) {
+    Cost result;
+    const double pixels = static_cast<double>(node.shape.height) * node.shape.width;
+    const double elements = static_cast<double>(node.shape.elements());
+    result.elements = elements;
+    for (const Value input : node.inputs) result.elements += static_cast<double>(graph.shape(input).elements());
+
+    if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
+        const Parameters& weights = graph.parameters[convolution->parameters];
+        result.operations = 2.0 * 9 * weights.in_channels * weights.out_channels * pixels;
+    } else if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op)) {
+        result.operations = 7 * elements;  // four products, three sums
+    } else if (const auto* resample = std::get_if<Resample>(&node.op)) {
+        result.operations = (resample->filter == Filter::bicubic ? 31 : 7) * elements;
+    } else if (const auto* pointwise = std::get_if<Pointwise>(&node.op)) {
+        result.operations = 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
+    }
+    return result;
+}
+
+}  // namespace clarus::graph

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clarus/types.h"
+#include "graph/operators.h"
+
+namespace clarus::graph {
+
+/// Logical NCHW with N = 1.
+struct Shape {
+    int channels = 0;
+    int height = 0;
+    int width = 0;
+    size_t elements() const { return static_cast<size_t>(channels) * height * width; }
+    friend bool operator==(const Shape&, const Shape&) = default;
+};
+
+/// A node's result. Nodes are numbered in an order in which each comes after its inputs.
+using Value = int;
+
+struct Node {
+    Operator op;
+    std::vector<Value> inputs;
+    Shape shape;
+    std::string name;  // what the profile and views call it
+};
+
+/// A convolution's weights: `sets` of them where they depend on the frame's jitter, else one.
+struct Parameters {
+    int out_channels = 0;
+    int in_channels = 0;
+    int sets = 1;
+    bool conditioned = false;    // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
+    std::vector<float> weights;  // [sets][out][in][3][3]
+    std::vector<float> biases;   // [sets][out]
+
+    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * 9; }
+};
+
+/// A fully connected layer, weights [out][in].
+struct DenseLayer {
+    int out = 0;
+    int in = 0;
+    std::vector<float> weights, biases;
+};
+
+/// How the sets of conditioned parameters follow from the frame's jitter (pipelines.md, "Jitter-conditioned kernels"): a
+/// table of jitters, one a set, and/or a perceptron (ReLU after all layers but the last) from J to all of them, flattened
+/// in the order of `conditioned`, each weights then biases.
+struct JitterKernels {
+    std::vector<Vec2> table;        // empty and one set: that set serves every jitter
+    std::vector<DenseLayer> predictor;
+    std::vector<int> conditioned;   // indices into Graph::parameters
+};
+
+/// A value that is handed on to the next frame.
+struct State {
+    Value previous;  // a Previous node
+    Value next;
+};
+
+/// What to compute each frame, without a device. Built by a pipeline, rewritten by passes.
+class Graph {
+  public:
+    std::vector<Node> nodes;
+    std::vector<Parameters> parameters;
+    std::optional<JitterKernels> jitter_kernels;
+    std::vector<State> states;
+    std::map<std::string, Value> views;  // what can be looked at, by name
+    Value output = -1;                   // display-encoded colour, 3 channels
+
+    const Shape& shape(Value value) const { return nodes[value].shape; }
+
+    Value input(Resource resource, Size render);
+    Value plane(FrameScalar scalar, Size size);
+    Value previous(Shape shape, std::string name);
+    /// From the next frame on, `previous` (a result of previous()) is this frame's `next`.
+    void carry(Value previous, Value next);
+
+    Value upsample(Value image, int scale, Shift shift, std::string name);
+    Value resample(Value color, Filter filter, double scale, Size output_size);
+    Value dilate(Value motion, Value depth, int scale);
+    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale);
+    Value space_to_depth(Value image, int scale);
+    Value depth_to_space(Value image, int scale);
+    Value concat(std::vector<Value> inputs);
+    Value slice(Value image, int first, int count);
+    Value convolution(Value image, Parameters weights, Activation activation, std::string name);
+    Value sigmoid(Value image, std::string name);
+    Value mix(Value where_one, Value where_zero, Value weight, std::string name);
+    Value clamp(Value image, float low, float high, std::string name);
+
+  private:
+    Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
+};
+
+/// Operations (multiply and add are two) and elements moved (each input and the result once) by a node's definition.
+struct Cost {
+    double operations = 0;
+    double elements = 0;
+};
+Cost cost(const Graph& graph, const Node& node);
+
+}  // namespace clarus::graph

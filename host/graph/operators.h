@@ -1,0 +1,107 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+/// The operators of pipelines.md as plain data. An operator's inputs, in order, and its result are documented here; the
+/// definitions are the spec's.
+namespace clarus::graph {
+
+enum class Resource { color, depth, motion };
+
+/// A resource of the frame description, converted to its canonical form at render resolution: colour (3 channels,
+/// display-encoded), depth (1) or motion (2, render pixels, NaN where invalid).
+struct Input {
+    Resource resource;
+};
+
+enum class FrameScalar { jitter_x, jitter_y };
+
+/// A plane that holds a number of the frame's everywhere.
+struct Plane {
+    FrameScalar scalar;
+};
+
+/// Last frame's value of a state; zero before the first. Which value it becomes: Graph::carry.
+struct Previous {};
+
+/// Which jitter shifts the source grid of an upsampling: none, the frame's J, or J_m of the motion vectors.
+enum class Shift { none, jitter, motion_jitter };
+
+/// upsample(x, s, J). Input: image.
+struct Upsample {
+    int scale;
+    Shift shift;
+};
+
+enum class Filter { bilinear, bicubic };
+
+/// A filter without a network at any real scale, aware of the jitter. Input: colour.
+struct Resample {
+    Filter filter;
+    double scale;
+};
+
+/// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.
+struct Dilate {
+    int scale;
+};
+inline constexpr int kDilationBlock = 8;
+
+enum class Border { clamp, zero };
+
+/// warp(I, M, border, fallback). Inputs: image, motion in HR pixels (one vector for each block of `motion_block` squared
+/// pixels, NaN where invalid), and the image that gives the fallback: itself where it has the warped image's size, else
+/// upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0. On a reset frame all is fallback.
+struct Warp {
+    Border border;
+    int motion_block;
+    int fallback_scale;
+};
+
+struct SpaceToDepth {
+    int scale;
+};
+struct DepthToSpace {
+    int scale;
+};
+/// Inputs: any number of values of one size, along channels in this order.
+struct Concat {};
+/// Channels [first, first + count) of the input.
+struct Slice {
+    int first;
+    int count;
+};
+
+enum class Activation { none, relu };
+
+/// conv(a→b), 3×3, "same". `parameters`: index into Graph::parameters.
+struct Convolution {
+    int parameters;
+    Activation activation;
+};
+
+/// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
+struct Step {
+    enum class Function {
+        sigmoid,  // 1 / (1 + e^−a)
+        mix,      // c·a + (1 − c)·b
+        clamp,    // a clamped to [low, high]
+    };
+    Function function;
+    std::vector<int> operands;
+    float low = 0;
+    float high = 0;
+};
+
+/// A program that is run on every pixel and channel of inputs of one size; an input of one channel serves every channel.
+/// The result is `results` (operand numbers) one after another along channels.
+struct Pointwise {
+    std::vector<Step> steps;
+    std::vector<int> results;
+};
+
+using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, Warp, SpaceToDepth, DepthToSpace, Concat,
+                              Slice, Convolution, Pointwise>;
+
+}  // namespace clarus::graph

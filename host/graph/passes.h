@@ -1,0 +1,16 @@
+#pragma once
+
+#include "graph/graph.h"
+
+namespace clarus::graph {
+
+/// Each pass returns a graph that computes the same output, states and views.
+
+/// Joins pointwise programs: into their users where they have one user only, and through concat, so that one program
+/// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place.
+Graph fuse_pointwise(const Graph& graph);
+
+/// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are forgotten.
+Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep);
+
+}  // namespace clarus::graph
