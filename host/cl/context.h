@@ -1,0 +1,67 @@
+#pragma once
+
+#include <CL/opencl.hpp>
+
+#include <atomic>
+#include <future>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "cl/disk_cache.h"
+#include "clarus/device.h"
+
+namespace clarus::ocl {
+
+/// A device, an OpenCL context on it, an in-order queue, and the programs built for it. Programs are kept in memory and
+/// on disk. Thread-safe; two threads may build different programs at once.
+class Context {
+  public:
+    /// A context of its own with a queue that has profiling enabled.
+    Context(cl::Device device, DeviceProfile profile);
+
+    /// The caller's context and queue. Where the queue is out of order, an in-order one is made in the same context.
+    Context(cl::Context context, cl::Device device, cl::CommandQueue queue, DeviceProfile profile);
+
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    const DeviceProfile& profile() const { return profile_; }
+    const cl::Device& device() const { return device_; }
+    const cl::Context& context() const { return context_; }
+    const cl::CommandQueue& queue() const { return queue_; }
+
+    /// Whether queue() is the one that a caller handed to Device::adopt.
+    bool queue_is_callers() const { return queue_is_callers_; }
+    /// Whether events of queue() carry times; a caller's queue may have been made without.
+    bool queue_has_profiling() const { return queue_has_profiling_; }
+
+    /// The kernel file `file`.cl with common.clh before it, built with these compiler options. Errors: invalid_argument
+    /// where there is no such file; build, with the compiler's log.
+    cl::Program program(std::string_view file, const std::string& options);
+
+    /// The same for source text made at run time, common.clh before it too. `name` stands for it in messages.
+    cl::Program program_from_source(std::string_view name, std::string_view source, const std::string& options);
+
+    /// How many programs this context has compiled from source: 0 where memory and disk had them all.
+    int programs_compiled() const { return programs_compiled_; }
+
+  private:
+    cl::Program load_or_compile(std::string_view name, const std::string& source, const std::string& options,
+                                const CacheKey& key);
+
+    DeviceProfile profile_;
+    cl::Device device_;
+    cl::Context context_;
+    cl::CommandQueue queue_;
+    bool queue_is_callers_ = false;
+    bool queue_has_profiling_ = true;
+
+    DiskCache disk_cache_;
+    std::mutex mutex_;  // guards programs_
+    std::map<CacheKey, std::shared_future<cl::Program>> programs_;
+    std::atomic<int> programs_compiled_ = 0;
+};
+
+}  // namespace clarus::ocl

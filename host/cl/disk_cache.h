@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace clarus::ocl {
+
+/// The XXH3-128 hash of everything that a cached thing depends on.
+using CacheKey = std::array<std::uint8_t, 16>;
+
+/// Parts are kept apart: {"ab", "c"} and {"a", "bc"} have different keys.
+CacheKey cache_key(std::initializer_list<std::string_view> parts);
+
+/// Blobs in a folder, one file each, that several processes may share: an entry is written under a temporary name and
+/// renamed, and carries its key, length and hash, so that a damaged or foreign one reads as absent. Nothing here throws:
+/// a folder that cannot be written to costs one warning, and nothing is kept.
+class DiskCache {
+  public:
+    explicit DiskCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    std::optional<std::vector<unsigned char>> load(const CacheKey& key) const;
+    void store(const CacheKey& key, const std::vector<unsigned char>& payload) const;
+
+    /// Where the entry of this key is, or would be.
+    std::filesystem::path path(const CacheKey& key) const;
+
+  private:
+    std::filesystem::path folder_;
+};
+
+}  // namespace clarus::ocl
