@@ -1,7 +1,5 @@
 #pragma once
 
-#include <CL/opencl.hpp>
-
 #include <atomic>
 #include <future>
 #include <map>
@@ -10,6 +8,7 @@
 #include <string_view>
 
 #include "cl/disk_cache.h"
+#include "cl/opencl.h"
 #include "clarus/device.h"
 
 namespace clarus::ocl {

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <CL/opencl.hpp>
-
 #include <string_view>
 #include <utility>
 
 #include "base/error.h"
+#include "cl/opencl.h"
 
 namespace clarus::ocl {
 
