@@ -1,0 +1,169 @@
+#include "graph/passes.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace clarus::graph {
+namespace {
+
+/// Builds one pointwise program out of several. Operands are kept as `~step` for steps until the number of inputs is
+/// known.
+class Program {
+  public:
+    int add_input(Value value) {
+        const auto found = std::find(inputs_.begin(), inputs_.end(), value);
+        if (found != inputs_.end()) return static_cast<int>(found - inputs_.begin());
+        inputs_.push_back(value);
+        return static_cast<int>(inputs_.size()) - 1;
+    }
+
+    /// Appends `program`, whose inputs are these operands, and returns the operands of its results.
+    std::vector<int> append(const Pointwise& program, std::vector<int> operands) {
+        for (Step step : program.steps) {
+            for (int& operand : step.operands) operand = operands[operand];
+            steps_.push_back(std::move(step));
+            operands.push_back(~(static_cast<int>(steps_.size()) - 1));
+        }
+        std::vector<int> results;
+        for (const int result : program.results) results.push_back(operands[result]);
+        return results;
+    }
+
+    void finish(Node& node, std::vector<int> results) && {
+        const int inputs = static_cast<int>(inputs_.size());
+        const auto number = [inputs](int& operand) {
+            if (operand < 0) operand = inputs + ~operand;
+        };
+        for (Step& step : steps_) std::for_each(step.operands.begin(), step.operands.end(), number);
+        std::for_each(results.begin(), results.end(), number);
+        node.op = Pointwise{std::move(steps_), std::move(results)};
+        node.inputs = std::move(inputs_);
+    }
+
+  private:
+    std::vector<Value> inputs_;
+    std::vector<Step> steps_;
+};
+
+struct Uses {
+    std::vector<int> by_nodes;
+    std::vector<int> by_others;  // output, states, views
+};
+
+Uses count_uses(const Graph& graph) {
+    Uses uses{std::vector<int>(graph.nodes.size()), std::vector<int>(graph.nodes.size())};
+    for (const Node& node : graph.nodes)
+        for (const Value input : node.inputs) ++uses.by_nodes[input];
+    ++uses.by_others[graph.output];
+    for (const State& state : graph.states) ++uses.by_others[state.next];
+    for (const auto& [name, value] : graph.views) ++uses.by_others[value];
+    return uses;
+}
+
+const Pointwise* as_pointwise(const Graph& graph, Value value) { return std::get_if<Pointwise>(&graph.nodes[value].op); }
+
+/// The operands under which `program` knows the results of `value`: those of its steps where it is a pointwise node that
+/// `absorb` allows to take in, else the value as an input.
+std::vector<int> take_in(Program& program, const Graph& graph, Value value, bool absorb) {
+    const Pointwise* source = as_pointwise(graph, value);
+    if (!absorb || !source) return {program.add_input(value)};
+    std::vector<int> operands;
+    for (const Value input : graph.nodes[value].inputs) operands.push_back(program.add_input(input));
+    return program.append(*source, std::move(operands));
+}
+
+void join_into_users(Graph& graph) {
+    const Uses uses = count_uses(graph);
+    for (Node& node : graph.nodes) {
+        const auto* pointwise = std::get_if<Pointwise>(&node.op);
+        if (!pointwise) continue;
+        Program program;
+        std::vector<int> operands;
+        for (const Value input : node.inputs) {
+            const Pointwise* source = as_pointwise(graph, input);
+            const bool absorb = source && source->results.size() == 1 && uses.by_nodes[input] + uses.by_others[input] == 1;
+            operands.push_back(take_in(program, graph, input, absorb).front());
+        }
+        std::vector<int> results = program.append(*pointwise, std::move(operands));
+        std::move(program).finish(node, std::move(results));
+    }
+}
+
+void replace_outside_nodes(Graph& graph, Value from, Value to) {
+    if (graph.output == from) graph.output = to;
+    for (State& state : graph.states)
+        if (state.next == from) state.next = to;
+    for (auto& [name, value] : graph.views)
+        if (value == from) value = to;
+}
+
+void join_through_concat(Graph& graph) {
+    const Uses uses = count_uses(graph);
+    const Value end = static_cast<Value>(graph.nodes.size());
+    for (Value concat = 0; concat < end; ++concat) {
+        if (!std::holds_alternative<Concat>(graph.nodes[concat].op)) continue;
+        const std::vector<Value> parts = graph.nodes[concat].inputs;
+        const auto absorbed = [&](Value part) { return as_pointwise(graph, part) && uses.by_nodes[part] == 1; };
+        if (std::none_of(parts.begin(), parts.end(), absorbed)) continue;
+
+        Program program;
+        std::vector<int> results;
+        for (const Value part : parts)
+            for (const int operand : take_in(program, graph, part, absorbed(part))) results.push_back(operand);
+        std::move(program).finish(graph.nodes[concat], std::move(results));
+        graph.nodes[concat].name = graph.nodes[parts.front()].name;
+
+        int first = 0;
+        for (const Value part : parts) {
+            const int channels = graph.shape(part).channels;
+            if (absorbed(part) && uses.by_others[part] > 0)
+                replace_outside_nodes(graph, part, graph.slice(concat, first, channels));
+            first += channels;
+        }
+    }
+}
+
+}  // namespace
+
+Graph fuse_pointwise(const Graph& graph) {
+    Graph result = graph;
+    join_into_users(result);
+    join_through_concat(result);
+    std::vector<std::string> views;
+    for (const auto& [name, value] : result.views) views.push_back(name);
+    return remove_unused(result, views);
+}
+
+Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
+    std::vector<bool> needed(graph.nodes.size(), false);
+    const auto need = [&](auto&& self, Value value) -> void {
+        if (needed[value]) return;
+        needed[value] = true;
+        for (const Value input : graph.nodes[value].inputs) self(self, input);
+        for (const State& state : graph.states)
+            if (state.previous == value) self(self, state.next);
+    };
+    need(need, graph.output);
+    for (const auto& [name, value] : graph.views)
+        if (std::find(keep.begin(), keep.end(), name) != keep.end()) need(need, value);
+
+    Graph result;
+    result.parameters = graph.parameters;
+    result.jitter_kernels = graph.jitter_kernels;
+    std::vector<Value> renamed(graph.nodes.size(), -1);
+    for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
+        if (!needed[value]) continue;
+        Node node = graph.nodes[value];
+        for (Value& input : node.inputs) input = renamed[input];
+        renamed[value] = static_cast<Value>(result.nodes.size());
+        result.nodes.push_back(std::move(node));
+    }
+    for (const State& state : graph.states)
+        if (needed[state.previous]) result.states.push_back({renamed[state.previous], renamed[state.next]});
+    for (const auto& [name, value] : graph.views)
+        if (std::find(keep.begin(), keep.end(), name) != keep.end()) result.views[name] = renamed[value];
+    result.output = renamed[graph.output];
+    return result;
+}
+
+}  // namespace clarus::graph

@@ -1,0 +1,15 @@
+#pragma once
+
+namespace clarus::runtime {
+
+/// The frame's numbers that kernels take by value: struct Frame of kernels/common.clh, member by member.
+struct FrameConstants {
+    float jitter_x = 0, jitter_y = 0;                // J_t, render pixels
+    float motion_jitter_x = 0, motion_jitter_y = 0;  // J_m
+    float jitter_change_x = 0, jitter_change_y = 0;  // J_{t−1} − J_t where the motion vectors hold the jitter, else 0
+    float exposure = 1;
+    int sample_x = 0, sample_y = 0;                  // q, the sample position in an HR tile
+    int reset = 0;
+};
+
+}  // namespace clarus::runtime

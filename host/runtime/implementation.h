@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "clarus/device.h"
+#include "clarus/upscaler.h"
+#include "graph/graph.h"
+#include "runtime/layout.h"
+
+namespace clarus::runtime {
+
+/// An operator to be run: its node, the layouts of its inputs and result, and what else its kernels depend on.
+struct Problem {
+    graph::Node node;
+    std::vector<TensorLayout> inputs;
+    TensorLayout output;
+    const graph::Parameters* parameters = nullptr;  // of a convolution
+};
+
+/// What is passed to a kernel, in its order.
+enum class ArgumentKind {
+    input,           // index: which input of the problem; a buffer
+    output,          // a buffer
+    packed_weights,  // a buffer of floats: the packed sets of the convolution
+    packed_offset,   // uint: where the frame's set begins in it, in floats
+    frame,           // struct Frame (kernels/common.clh), by value
+    resource,        // index: graph::Resource; the caller's image as a buffer
+    resource_offset, // index: likewise; uint2: bytes to its first pixel, bytes from row to row
+    target,          // the caller's output image as a buffer
+    target_offset,   // uint2: likewise
+    counter,         // a buffer of one uint: the frame's invalid motion vectors
+};
+struct Argument {
+    ArgumentKind kind;
+    int index = 0;
+};
+
+/// One kernel launch, as data. The kernel has reqd_work_group_size(WG_X, WG_Y, 1); WG_X and WG_Y are set by the runtime
+/// from `local`.
+struct KernelCall {
+    std::string file;     // kernels/<file>.cl; or, where `source` is not empty, a name for messages
+    std::string source;   // source made at run time
+    std::string entry;
+    std::string options;
+    std::vector<Argument> arguments;
+    std::array<size_t, 2> global{1, 1};  // rounded up to multiples of `local`
+    std::array<size_t, 2> local{1, 1};
+};
+
+/// How a convolution's weights become what its kernel reads. `entry` of the same file and options takes (weights OIHW,
+/// biases, packed, uint packed_offset) and writes one set; it is launched with `global` work-items in groups of one.
+struct Packing {
+    std::string entry;
+    std::array<size_t, 2> global{1, 1};
+    size_t floats = 0;  // of one set
+};
+
+struct Lowered {
+    KernelCall call;
+    std::optional<Packing> packing;
+};
+
+/// Values of what an implementation leaves open ("TILES" → 12).
+using Choices = std::map<std::string, int>;
+
+/// One way to run an operator. Every operator has an obvious one, which runs everywhere and which the others are tested
+/// against.
+struct Implementation {
+    std::string name;
+    /// How well it suits: 0 where it cannot run, 1 for the obvious one, more for better; the built-in choice is the most.
+    std::function<int(const Problem&, const DeviceProfile&)> preference;
+    /// Settings to choose from, the built-in one first. At least one.
+    std::function<std::vector<Choices>(const Problem&, const DeviceProfile&)> choices;
+    std::function<Lowered(const Problem&, const Choices&)> lower;
+};
+
+/// All implementations for a node's operator, the obvious one last. Empty for views (concat, slice, …), inputs and
+/// states, which launch nothing of their own.
+std::span<const Implementation> implementations(const graph::Node& node);
+
+// One function a file of runtime/implementations/.
+std::span<const Implementation> convolution_implementations();
+std::span<const Implementation> upsample_implementations();
+std::span<const Implementation> resample_implementations();
+std::span<const Implementation> dilate_implementations();
+std::span<const Implementation> warp_implementations();
+std::span<const Implementation> pointwise_implementations();
+
+}  // namespace clarus::runtime

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "graph/graph.h"
+
+namespace clarus::runtime {
+
+enum class Storage { f32, f16 };
+
+inline size_t bytes_of(Storage storage) { return storage == Storage::f16 ? 2 : 4; }
+
+/// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels. With
+/// it, concat, slice, space-to-depth and depth-to-space are views of one block of memory.
+struct TensorLayout {
+    int memory = -1;  // index into LayoutPlan::memories
+    Storage storage = Storage::f32;
+    int width = 0, height = 0, channels = 0;
+    int block = 1;
+    int stride = 0;  // elements from cell to cell
+    int offset = 0;  // elements from a cell's start to channel 0
+
+    int row() const { return (width + block - 1) / block * stride; }
+    friend bool operator==(const TensorLayout&, const TensorLayout&) = default;
+};
+
+/// "-DIN_WIDTH=… -DIN_HEIGHT=… -DIN_BLOCK=… -DIN_STRIDE=… -DIN_ROW=… -DIN_OFFSET=… -DIN_CHANNELS=…" for name "IN".
+std::string layout_options(const std::string& name, const TensorLayout& layout);
+
+struct Memory {
+    size_t bytes = 0;
+    int state = -1;          // index into Graph::states where it holds this frame's value of one, else −1
+    bool previous = false;   // holds last frame's value of that state
+};
+
+/// Every value's layout. `graph` is the given one with copies put in where a value that concat or space-to-depth wants in
+/// its own memory cannot be written there by what makes it.
+struct LayoutPlan {
+    graph::Graph graph;
+    std::vector<TensorLayout> layouts;  // one a node
+    std::vector<Memory> memories;
+};
+
+/// `storage` holds for images and features; motion vectors and dilated motion stay in f32.
+LayoutPlan lay_out(const graph::Graph& graph, Storage storage);
+
+}  // namespace clarus::runtime
