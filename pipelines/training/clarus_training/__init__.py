@@ -1,0 +1,1 @@
+"""Training of Clarus's pipelines in PyTorch: networks, data, losses, export, evaluation, golden outputs."""

@@ -1,0 +1,141 @@
+"""Writes the golden models, inputs and outputs that the C++ tests compare with: python3 -m clarus_training.golden DIR.
+
+Each case is a pair of files: NAME.model.safetensors, a model with random weights, and NAME.golden.safetensors: the
+inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T]; the `output` [T, H, W, 3]; and of frame 3
+`warped` [4, H, W] (colour, feature), `alpha` [1, H, W] and `candidate` [3, H, W]. Motion is canonical but unchecked: it holds
+vectors that are not finite or longer than the image's diagonal; depth holds ties. Outputs are computed in double precision.
+"""
+
+import argparse
+import os
+
+import numpy as np
+import torch
+
+from . import enss, operators, safetensors
+from .export import model_tensors
+
+FRAMES = 8
+RESET_AT = 5
+INSIDE_AT = 3
+HALTON = operators.halton_jitter()
+
+# `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has.
+CASES = {
+    "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
+    "enss_x3_table": dict(scale=3, features=8, middle=0, size=(11, 7), table=HALTON[:6], away=0.004),
+    "enss_x4_single": dict(scale=4, features=12, middle=2, size=(9, 8), table=HALTON[:1]),
+    "enss_x2_mlp": dict(scale=2, features=8, middle=1, size=(17, 11), hidden=32),
+    "enss_x2_1x1": dict(scale=2, features=4, middle=1, size=(1, 1), table=HALTON[:1]),
+}
+
+
+def random_network(generator, scale, features, middle, table=None, hidden=None):
+    """Weights large enough for α to span (0, 1), the candidate around ½, every feature alive."""
+
+    def normal(*shape, std):
+        return torch.randn(shape, generator=generator) * std
+
+    def random_kernels():
+        squared = scale * scale
+        kernels = {
+            "first.weight": normal(features, 6 + 4 * squared, 3, 3, std=(2 / (9 * (6 + 4 * squared))) ** 0.5 * 2),
+            "first.bias": normal(features, std=0.2),
+            "last.weight": normal(5 * squared, features, 3, 3, std=(1 / (9 * features)) ** 0.5),
+            "last.bias": normal(5 * squared, std=0.2),
+        }
+        kernels["last.weight"][:squared] *= 4
+        kernels["last.weight"][squared : 4 * squared] *= 0.5
+        kernels["last.bias"][squared : 4 * squared] += 0.5
+        return enss.join_kernels(kernels)
+
+    if hidden:
+        kernels = enss.KernelMlp(enss.kernel_count(scale, features), hidden)
+        with torch.no_grad():
+            for i, layer in enumerate(kernels.layers[:-1]):
+                gain = 6 if i == 0 else 1  # jitters are small
+                layer.weight.copy_(normal(*layer.weight.shape, std=gain * (2 / layer.in_features) ** 0.5))
+                layer.bias.copy_(normal(*layer.bias.shape, std=0.1))
+            strength = kernels.hidden(torch.tensor(HALTON)).square().sum(dim=1).mean().sqrt()
+            spread = random_kernels()
+            last = kernels.layers[-1]
+            last.weight.copy_(normal(*last.weight.shape, std=0.7) * spread.abs()[:, None] / strength)
+            last.bias.copy_(spread)
+    else:
+        kernels = enss.KernelTable(torch.tensor(table), torch.stack([random_kernels() for _ in table]))
+    network = enss.Enss(scale, features, middle, kernels)
+    with torch.no_grad():
+        for layer in network.body:
+            layer.weight.copy_(normal(*layer.weight.shape, std=(2 / (9 * features)) ** 0.5))
+            layer.bias.copy_(normal(features, std=0.2))
+    # What the file stores in half precision is rounded before the outputs are computed.
+    with torch.no_grad():
+        for parameter in network.parameters():
+            parameter.copy_(parameter.half().float())
+    return network
+
+
+def random_inputs(generator, size, away=0.0, table=None, **_):
+    width, height = size
+    shape = (FRAMES, height, width)
+
+    def uniform(*shape):
+        return torch.rand(shape, generator=generator)
+
+    depth = (uniform(*shape, 1) * 6).floor() / 6  # few levels: many ties
+    motion = torch.randn((*shape, 2), generator=generator) * 1.5
+    for bad in ((float("nan"), 0.0), (0.0, float("inf")), (-1e30, 1e30), (2.0 * (width + height), 0.0)):
+        motion[uniform(*shape) < 0.04] = torch.tensor(bad)
+    motion[uniform(*shape) < 0.05] = torch.tensor((0.8 * width, -0.6 * height))  # valid, and far outside the image
+    period = table if table and len(table) > 1 else HALTON
+    jitter = torch.tensor([period[t % len(period)] for t in range(FRAMES)])
+    jitter[RESET_AT - 1] += away
+    reset = torch.zeros(FRAMES, dtype=torch.int32)
+    reset[[0, RESET_AT]] = 1
+    return dict(color=uniform(*shape, 3), depth=depth, motion=motion, jitter=jitter, reset=reset)
+
+
+def run(network, inputs):
+    network = network.double()
+    outputs, inside, state = [], {}, None
+    color, depth, motion = (inputs[name].double().permute(0, 3, 1, 2) for name in ("color", "depth", "motion"))
+    with torch.no_grad():
+        for t in range(FRAMES):
+            seen = {}
+            frame = slice(t, t + 1)
+            state = network.step(
+                color[frame],
+                depth[frame],
+                operators.mark_invalid(motion[frame]),
+                tuple(inputs["jitter"][t].tolist()),
+                None if inputs["reset"][t] else state,
+                seen,
+            )
+            outputs.append(state[0][0].permute(1, 2, 0))
+            if t == INSIDE_AT:
+                inside = {name: value[0] for name, value in seen.items()}
+    return dict(output=torch.stack(outputs), **inside)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Write the golden files of the C++ tests.")
+    parser.add_argument("directory")
+    directory = parser.parse_args().directory
+    for seed, (name, case) in enumerate(CASES.items()):
+        generator = torch.Generator().manual_seed(seed)
+        sizes = {key: case[key] for key in ("scale", "features", "middle")}
+        network = random_network(generator, table=case.get("table"), hidden=case.get("hidden"), **sizes)
+        inputs = random_inputs(generator, **case)
+        tensors, metadata = model_tensors(network, half=True)
+        safetensors.save(os.path.join(directory, f"{name}.model.safetensors"), tensors, metadata)
+        results = run(network, inputs)
+        golden = {key: value.numpy() for key, value in inputs.items()}
+        golden.update({key: value.numpy().astype(np.float32) for key, value in results.items()})
+        facts = {"pipeline": "enss", "scale": str(case["scale"])}
+        safetensors.save(os.path.join(directory, f"{name}.golden.safetensors"), golden, facts)
+        alpha = results["alpha"]
+        print(f"{name}: output {tuple(results['output'].shape)}, alpha {alpha.min():.3f} … {alpha.max():.3f}")
+
+
+if __name__ == "__main__":
+    main()
