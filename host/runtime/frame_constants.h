@@ -7,6 +7,8 @@ struct FrameConstants {
     float jitter_x = 0, jitter_y = 0;                // J_t, render pixels
     float motion_jitter_x = 0, motion_jitter_y = 0;  // J_m
     float jitter_change_x = 0, jitter_change_y = 0;  // J_{t−1} − J_t where the motion vectors hold the jitter, else 0
+    float motion_scale_x = 1, motion_scale_y = 1;    // MotionEncoding::scale
+    float depth_numerator = 0, depth_addend = 0;     // projective depth: see ingest.cl
     float exposure = 1;
     int sample_x = 0, sample_y = 0;                  // q, the sample position in an HR tile
     int reset = 0;

@@ -22,15 +22,20 @@ struct Vec2 {
 /// How a pixel's component is stored. u8 is normalised: 255 is 1.
 enum class ElementType { u8, f16, f32 };
 
-/// An image with interleaved channels, in host memory or in a buffer object; exactly one of `host` and `buffer` is set.
-struct Image {
-    void* host = nullptr;      // first pixel; read only where the image is an input
-    cl_mem buffer = nullptr;   // an OpenCL buffer (not an image object) of the upscaler's context
-    size_t offset = 0;         // bytes from the start of `buffer` to the first pixel
-    size_t row_pitch = 0;      // bytes from row to row; 0 where rows follow each other without a gap
-    Size size;                 // pixels
-    int channels = 0;          // components a pixel; those beyond what is needed are skipped
+struct ImageFormat {
     ElementType type = ElementType::f32;
+    int channels = 0;  // components a pixel, interleaved; those beyond what is needed are skipped
+    friend bool operator==(const ImageFormat&, const ImageFormat&) = default;
+};
+
+/// An image in host memory or in a buffer object; exactly one of `host` and `buffer` is set. Its format is that of the
+/// upscaler's options.
+struct Image {
+    void* host = nullptr;     // first pixel; only read where the image is an input
+    cl_mem buffer = nullptr;  // an OpenCL buffer (not an image object) of the upscaler's context
+    size_t offset = 0;        // bytes from the start of `buffer` to the first pixel
+    size_t row_pitch = 0;     // bytes from row to row; 0 where rows follow each other without a gap
+    Size size;                // pixels
 
     bool empty() const { return !host && !buffer; }
 };

@@ -20,20 +20,18 @@ enum class ColorSpace {
     linear,  // linear HDR; tone-mapped on the device for the network, the output is linear HDR again
 };
 
-/// What a depth image holds (conventions.md, "Depth"). Canonical depth is `linear`, not reversed.
+/// What a depth image holds (conventions.md, "Depth"). Canonical depth is neither projective nor reversed.
 struct DepthEncoding {
-    bool projective = false;          // a depth buffer's value; else linear in view distance
-    bool reversed = false;            // 1 is nearest
-    float near_plane = 0;             // view distance; for projective depth only
-    std::optional<float> far_plane;   // none: at infinity
+    bool projective = false;  // a depth buffer's value, see FrameDescription::near_plane; else linear in view distance
+    bool reversed = false;    // 1 is nearest
 };
 
 /// What a motion image holds (conventions.md, "Motion"). In render pixels, to the previous frame and y down after
-/// multiplication by `scale`: an engine's uv vectors that point from the previous frame with y up have scale {-w, +h}.
+/// multiplication by `scale`: uv vectors that point from the previous frame with y up have scale {-width, +height}.
 struct MotionEncoding {
     Vec2 scale{1, 1};
-    bool jittered = false;             // the camera's jitter is inside the values (ENSS eq. 1)
-    bool sampled_at_jitter = false;    // rasterised with jitter; false: values belong to pixel centres
+    bool jittered = false;           // the camera's jitter is inside the values (ENSS eq. 1)
+    bool sampled_at_jitter = false;  // rasterised with jitter; false: values belong to pixel centres
 };
 
 /// Settings that hold for a whole run.
@@ -43,8 +41,10 @@ struct UpscalerOptions {
     ColorSpace color_space = ColorSpace::srgb;
     DepthEncoding depth;
     MotionEncoding motion;
-    ElementType output_type = ElementType::f32;
-    int output_channels = 3;           // 3, or 4 with alpha 1
+    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
+    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
+    ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
+    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
     std::vector<std::string> views;    // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
     bool profile = false;              // time every stage with device events
 };
@@ -53,13 +53,15 @@ struct UpscalerOptions {
 /// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
 /// use (at present all of them).
 struct FrameDescription {
-    Image color;            // ≥ 3 channels
-    Image depth;            // ≥ 1 channel; may be empty where the model needs no motion
-    Image motion;           // ≥ 2 channels; likewise
+    Image color;
+    Image depth;            // may be empty where the model needs no motion
+    Image motion;           // likewise
     Vec2 jitter;            // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
     float exposure = 1;     // linear input only; > 0
+    float near_plane = 0;   // view distances, for projective depth only: 0 < near < far; far may be infinity
+    float far_plane = 0;
     bool reset = false;     // a cut: history is dropped before the frame. The first frame always resets
-    Image output;           // 3 or 4 channels, as in the options
+    Image output;
     std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
 
     Image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;

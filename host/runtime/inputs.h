@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+
+#include "clarus/upscaler.h"
+#include "runtime/implementation.h"
+
+namespace clarus::runtime {
+
+/// Where the canonical inputs go; what the pipeline does not use has no layout.
+struct IngestProblem {
+    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y;
+    const UpscalerOptions* options = nullptr;  // formats, colour space, encodings
+};
+
+/// One kernel that reads the caller's images and writes colour, depth, motion and the jitter's planes in their canonical
+/// form (conventions.md), counting invalid motion vectors.
+KernelCall ingest(const IngestProblem& problem);
+
+/// The kernel that writes the caller's output from the pipeline's: display-encoded, or linear HDR again.
+KernelCall present(const TensorLayout& output, const UpscalerOptions& options);
+
+}  // namespace clarus::runtime

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "cl/context.h"
+#include "runtime/frame_constants.h"
+#include "runtime/implementation.h"
+
+namespace clarus::runtime {
+
+/// What the arguments of a kernel call stand for. Only those that the call names need be set.
+struct Bindings {
+    std::vector<cl::Buffer> inputs;
+    cl::Buffer output;
+    cl::Buffer packed_weights;
+    cl_uint packed_offset = 0;
+    FrameConstants frame;
+    std::array<cl::Buffer, 3> resources;  // by graph::Resource
+    std::array<cl_uint2, 3> resource_offsets{};
+    cl::Buffer target;
+    cl_uint2 target_offset{};
+    cl::Buffer counter;
+};
+
+/// A kernel call made ready: its program built, its kernel created.
+class Launch {
+  public:
+    Launch(ocl::Context& context, KernelCall call);
+
+    /// Sets every argument. Arguments keep their values until set again.
+    void bind(const Bindings& bindings);
+    /// Enqueues with the arguments as they are. `event` may be null.
+    void enqueue(const cl::CommandQueue& queue, cl::Event* event = nullptr) const;
+
+    const KernelCall& call() const { return call_; }
+
+  private:
+    KernelCall call_;
+    cl::Kernel kernel_;
+};
+
+/// Packs `sets` sets of a convolution's parameters (graph::Parameters' order, floats on the device) into `packed`, set k
+/// at k · packing.floats. `first` is the number of the first set to write.
+void pack_weights(ocl::Context& context, const Lowered& lowered, const cl::Buffer& weights, const cl::Buffer& biases,
+                  const cl::Buffer& packed, int first, int sets, size_t weights_per_set, size_t biases_per_set);
+
+}  // namespace clarus::runtime
