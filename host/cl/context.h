@@ -43,12 +43,17 @@ class Context {
     /// The same for source text made at run time, common.clh before it too. `name` stands for it in messages.
     cl::Program program_from_source(std::string_view name, std::string_view source, const std::string& options);
 
+    /// Writes what was compiled since the last call to the disk cache. To be called once the kernels have run for the
+    /// first time: a driver may only then compile a kernel for its work-group size, and what it did goes along.
+    void save_programs();
+
     /// How many programs this context has compiled from source: 0 where memory and disk had them all.
     int programs_compiled() const { return programs_compiled_; }
 
   private:
     cl::Program load_or_compile(std::string_view name, const std::string& source, const std::string& options,
                                 const CacheKey& key);
+    cl::Program compile(std::string_view name, const std::string& source, const std::string& options);
 
     DeviceProfile profile_;
     cl::Device device_;
@@ -58,8 +63,10 @@ class Context {
     bool queue_has_profiling_ = true;
 
     DiskCache disk_cache_;
-    std::mutex mutex_;  // guards programs_
+    std::string identity_;  // of the device and its driver
+    std::mutex mutex_;      // guards programs_ and unsaved_
     std::map<CacheKey, std::shared_future<cl::Program>> programs_;
+    std::map<CacheKey, cl::Program> unsaved_;
     std::atomic<int> programs_compiled_ = 0;
 };
 

@@ -1,0 +1,147 @@
+#include "cl/context.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/log.h"
+#include "cl/error.h"
+#include "cl/profile.h"
+#include "kernel_sources.h"
+
+namespace clarus::ocl {
+namespace {
+
+std::string_view kernel_file(std::string_view name) {
+    for (const KernelFile& file : kernel_files())
+        if (file.name == name) return file.text;
+    fail(ErrorKind::invalid_argument, "there is no kernel file '{}'", name);
+}
+
+// The #line directives make the compiler's messages name the file that a person can open.
+std::string with_common(std::string_view name, std::string_view source) {
+    return fmt::format("#line 1 \"common.clh\"\n{}\n#line 1 \"{}\"\n{}", kernel_file("common.clh"), name, source);
+}
+
+bool has_property(const cl::CommandQueue& queue, cl_command_queue_properties property) {
+    return (queue.getInfo<CL_QUEUE_PROPERTIES>() & property) != 0;
+}
+
+// Empty where the driver has none to give.
+std::vector<unsigned char> binary_for(const cl::Program& program, const cl::Device& device) {
+    const std::vector<cl::Device> devices = program.getInfo<CL_PROGRAM_DEVICES>();
+    const auto position = std::find_if(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device(); });
+    if (position == devices.end()) return {};
+    return program.getInfo<CL_PROGRAM_BINARIES>()[size_t(position - devices.begin())];
+}
+
+}  // namespace
+
+Context::Context(cl::Device device, DeviceProfile profile)
+    : profile_(std::move(profile)),
+      device_(std::move(device)),
+      disk_cache_(programs_directory()),
+      identity_(device_identity(device_)) {
+    checked(fmt::format("make a context on {}", profile_.name), [&] { context_ = cl::Context(device_); });
+    checked(fmt::format("make a queue on {}", profile_.name),
+            [&] { queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE); });
+}
+
+Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue, DeviceProfile profile)
+    : profile_(std::move(profile)),
+      device_(std::move(device)),
+      context_(std::move(context)),
+      queue_(std::move(queue)),
+      disk_cache_(programs_directory()),
+      identity_(device_identity(device_)) {
+    checked("take over the caller's queue", [&] {
+        queue_is_callers_ = !has_property(queue_, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
+        if (!queue_is_callers_) queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
+        queue_has_profiling_ = has_property(queue_, CL_QUEUE_PROFILING_ENABLE);
+    });
+}
+
+cl::Program Context::program(std::string_view file, const std::string& options) {
+    const std::string name = fmt::format("{}.cl", file);
+    return program_from_source(name, kernel_file(name), options);
+}
+
+cl::Program Context::program_from_source(std::string_view name, std::string_view source, const std::string& options) {
+    const std::string text = with_common(name, source);
+    const CacheKey key = cache_key({text, options, identity_});
+
+    std::promise<cl::Program> promise;
+    std::shared_future<cl::Program> program;
+    bool is_first = false;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto [entry, inserted] = programs_.try_emplace(key);
+        if (inserted) entry->second = promise.get_future().share();
+        program = entry->second;
+        is_first = inserted;
+    }
+    if (is_first) {
+        try {
+            promise.set_value(load_or_compile(name, text, options, key));
+        } catch (...) {
+            promise.set_exception(std::current_exception());
+            const std::lock_guard lock(mutex_);
+            programs_.erase(key);  // the next to ask tries again
+        }
+    }
+    return program.get();
+}
+
+cl::Program Context::load_or_compile(std::string_view name, const std::string& source, const std::string& options,
+                                     const CacheKey& key) {
+    if (const auto binary = disk_cache_.load(key)) {
+        try {
+            cl::Program program(context_, {device_}, {*binary});
+            program.build(device_, options.c_str());
+            return program;
+        } catch (const cl::Error& error) {
+            log(LogLevel::debug, "{}: the driver refuses the cached program ({}); it is compiled anew", name,
+                status_name(error.err()));
+        }
+    }
+    cl::Program program = compile(name, source, options);
+    const std::lock_guard lock(mutex_);
+    unsaved_.emplace(key, program);
+    return program;
+}
+
+cl::Program Context::compile(std::string_view name, const std::string& source, const std::string& options) {
+    log(LogLevel::debug, "compiling {} {}", name, options);
+    const cl::Program program =
+        checked(fmt::format("make a program of {}", name), [&] { return cl::Program(context_, source); });
+    try {
+        program.build(device_, options.c_str());
+    } catch (const cl::Error& error) {
+        if (error.err() != CL_BUILD_PROGRAM_FAILURE && error.err() != CL_INVALID_BUILD_OPTIONS)
+            fail_with_status(fmt::format("compile {} with the options '{}'", name, options), error.err());
+        std::string build_log;
+        program.getBuildInfo(device_, CL_PROGRAM_BUILD_LOG, &build_log);
+        fail(ErrorKind::build, "{} does not compile on {} (driver {}) with the options '{}': {}. The compiler says:\n{}",
+             name, profile_.name, profile_.driver_version, options, status_name(error.err()), build_log);
+    }
+    ++programs_compiled_;
+    return program;
+}
+
+void Context::save_programs() {
+    std::map<CacheKey, cl::Program> unsaved;
+    {
+        const std::lock_guard lock(mutex_);
+        unsaved.swap(unsaved_);
+    }
+    for (const auto& [key, program] : unsaved) {
+        try {
+            if (const auto binary = binary_for(program, device_); !binary.empty()) disk_cache_.store(key, binary);
+        } catch (const cl::Error& error) {
+            log(LogLevel::debug, "{} gives no compiled program ({}); it will be compiled again", profile_.name,
+                status_name(error.err()));
+        }
+    }
+}
+
+}  // namespace clarus::ocl
