@@ -22,14 +22,19 @@ Value Graph::add(Operator op, std::vector<Value> inputs, Shape shape, std::strin
 
 Value Graph::input(Resource resource, Size render) {
     switch (resource) {
-        case Resource::color: return add(Input{resource}, {}, {3, render.height, render.width}, "color");
-        case Resource::depth: return add(Input{resource}, {}, {1, render.height, render.width}, "depth");
-        case Resource::motion: return add(Input{resource}, {}, {2, render.height, render.width}, "motion");
+        case Resource::color:
+            return add(Input{resource}, {}, {3, render.height, render.width}, "color");
+        case Resource::depth:
+            return add(Input{resource}, {}, {1, render.height, render.width}, "depth");
+        case Resource::motion:
+            return add(Input{resource}, {}, {2, render.height, render.width}, "motion");
     }
     throw std::logic_error("unknown resource");
 }
 
-Value Graph::plane(FrameScalar scalar, Size size) { return add(Plane{scalar}, {}, {1, size.height, size.width}, "plane"); }
+Value Graph::plane(FrameScalar scalar, Size size) {
+    return add(Plane{scalar}, {}, {1, size.height, size.width}, "plane");
+}
 
 Value Graph::previous(Shape shape, std::string name) { return add(Previous{}, {}, shape, std::move(name)); }
 
@@ -51,10 +56,12 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
     const Shape in = shape(motion);
     expect(shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
     return add(Dilate{scale}, {motion, depth},
-               {2, ceil_divide(in.height * scale, kDilationBlock), ceil_divide(in.width * scale, kDilationBlock)}, "dilate");
+               {2, ceil_divide(in.height * scale, kDilationBlock), ceil_divide(in.width * scale, kDilationBlock)},
+               "dilate");
 }
 
-Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale) {
+Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback,
+                  int fallback_scale) {
     const Shape in = shape(image);
     const Shape motion = shape(block_motion);
     expect(motion.channels == 2 && motion.height == ceil_divide(in.height, motion_block) &&
@@ -115,7 +122,8 @@ Value Graph::mix(Value where_one, Value where_zero, Value weight, std::string na
     const Shape in = shape(where_one);
     expect(shape(where_zero) == in, "mixed images have one shape");
     expect(shape(weight).channels == 1 || shape(weight) == in, "a weight for each pixel or each element");
-    return add(Pointwise{{{Step::Function::mix, {0, 1, 2}}}, {3}}, {where_one, where_zero, weight}, in, std::move(name));
+    return add(Pointwise{{{Step::Function::mix, {0, 1, 2}}}, {3}}, {where_one, where_zero, weight}, in,
+               std::move(name));
 }
 
 Value Graph::clamp(Value image, float low, float high, std::string name) {

@@ -50,9 +50,10 @@ inline constexpr int kDilationBlock = 8;
 
 enum class Border { clamp, zero };
 
-/// warp(I, M, border, fallback). Inputs: image, motion in HR pixels (one vector for each block of `motion_block` squared
-/// pixels, NaN where invalid), and the image that gives the fallback: itself where it has the warped image's size, else
-/// upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0. On a reset frame all is fallback.
+/// warp(I, M, border, fallback). Inputs: image, motion in HR pixels (one vector for each block of `motion_block`
+/// squared pixels, NaN where invalid), and the image that gives the fallback: itself where it has the warped image's
+/// size, else upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0. On a reset frame all is
+/// fallback.
 struct Warp {
     Border border;
     int motion_block;
@@ -94,14 +95,14 @@ struct Step {
     float high = 0;
 };
 
-/// A program that is run on every pixel and channel of inputs of one size; an input of one channel serves every channel.
-/// The result is `results` (operand numbers) one after another along channels.
+/// A program that is run on every pixel and channel of inputs of one size; an input of one channel serves every
+/// channel. The result is `results` (operand numbers) one after another along channels.
 struct Pointwise {
     std::vector<Step> steps;
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, Warp, SpaceToDepth, DepthToSpace, Concat,
-                              Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, Warp, SpaceToDepth, DepthToSpace,
+                              Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

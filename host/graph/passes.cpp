@@ -60,10 +60,12 @@ Uses count_uses(const Graph& graph) {
     return uses;
 }
 
-const Pointwise* as_pointwise(const Graph& graph, Value value) { return std::get_if<Pointwise>(&graph.nodes[value].op); }
+const Pointwise* as_pointwise(const Graph& graph, Value value) {
+    return std::get_if<Pointwise>(&graph.nodes[value].op);
+}
 
-/// The operands under which `program` knows the results of `value`: those of its steps where it is a pointwise node that
-/// `absorb` allows to take in, else the value as an input.
+/// The operands under which `program` knows the results of `value`: those of its steps where it is a pointwise node
+/// that `absorb` allows to take in, else the value as an input.
 std::vector<int> take_in(Program& program, const Graph& graph, Value value, bool absorb) {
     const Pointwise* source = as_pointwise(graph, value);
     if (!absorb || !source) return {program.add_input(value)};
@@ -81,7 +83,8 @@ void join_into_users(Graph& graph) {
         std::vector<int> operands;
         for (const Value input : node.inputs) {
             const Pointwise* source = as_pointwise(graph, input);
-            const bool absorb = source && source->results.size() == 1 && uses.by_nodes[input] + uses.by_others[input] == 1;
+            const bool absorb =
+                source && source->results.size() == 1 && uses.by_nodes[input] + uses.by_others[input] == 1;
             operands.push_back(take_in(program, graph, input, absorb).front());
         }
         std::vector<int> results = program.append(*pointwise, std::move(operands));

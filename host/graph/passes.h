@@ -10,7 +10,8 @@ namespace clarus::graph {
 /// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place.
 Graph fuse_pointwise(const Graph& graph);
 
-/// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are forgotten.
+/// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are
+/// forgotten.
 Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep);
 
 }  // namespace clarus::graph

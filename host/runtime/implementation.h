@@ -26,16 +26,16 @@ struct Problem {
 
 /// What is passed to a kernel, in its order.
 enum class ArgumentKind {
-    input,           // index: which input of the problem; a buffer
-    output,          // a buffer
-    packed_weights,  // a buffer of floats: the packed sets of the convolution
-    packed_offset,   // uint: where the frame's set begins in it, in floats
-    frame,           // struct Frame (kernels/common.clh), by value
-    resource,        // index: graph::Resource; the caller's image as a buffer
-    resource_offset, // index: likewise; uint2: bytes to its first pixel, bytes from row to row
-    target,          // the caller's output image as a buffer
-    target_offset,   // uint2: likewise
-    counter,         // a buffer of one uint: the frame's invalid motion vectors
+    input,            // index: which input of the problem; a buffer
+    output,           // a buffer
+    packed_weights,   // a buffer of floats: the packed sets of the convolution
+    packed_offset,    // uint: where the frame's set begins in it, in floats
+    frame,            // struct Frame (kernels/common.clh), by value
+    resource,         // index: graph::Resource; the caller's image as a buffer
+    resource_offset,  // index: likewise; uint2: bytes to its first pixel, bytes from row to row
+    target,           // the caller's output image as a buffer
+    target_offset,    // uint2: likewise
+    counter,          // a buffer of one uint: the frame's invalid motion vectors
 };
 struct Argument {
     ArgumentKind kind;
@@ -45,8 +45,8 @@ struct Argument {
 /// One kernel launch, as data. The kernel has reqd_work_group_size(WG_X, WG_Y, 1); WG_X and WG_Y are set by the runtime
 /// from `local`.
 struct KernelCall {
-    std::string file;     // kernels/<file>.cl; or, where `source` is not empty, a name for messages
-    std::string source;   // source made at run time
+    std::string file;    // kernels/<file>.cl; or, where `source` is not empty, a name for messages
+    std::string source;  // source made at run time
     std::string entry;
     std::string options;
     std::vector<Argument> arguments;
@@ -74,7 +74,8 @@ using Choices = std::map<std::string, int>;
 /// against.
 struct Implementation {
     std::string name;
-    /// How well it suits: 0 where it cannot run, 1 for the obvious one, more for better; the built-in choice is the most.
+    /// How well it suits: 0 where it cannot run, 1 for the obvious one, more for better; the built-in choice is the
+    /// most.
     std::function<int(const Problem&, const DeviceProfile&)> preference;
     /// Settings to choose from, the built-in one first. At least one.
     std::function<std::vector<Choices>(const Problem&, const DeviceProfile&)> choices;

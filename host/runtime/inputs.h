@@ -13,8 +13,8 @@ struct IngestProblem {
     const UpscalerOptions* options = nullptr;  // formats, colour space, encodings
 };
 
-/// One kernel that reads the caller's images and writes colour, depth, motion and the jitter's planes in their canonical
-/// form (conventions.md), counting invalid motion vectors.
+/// One kernel that reads the caller's images and writes colour, depth, motion and the jitter's planes in their
+/// canonical form (conventions.md), counting invalid motion vectors.
 KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's: display-encoded, or linear HDR again.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "cl/context.h"
@@ -38,11 +39,22 @@ class Launch {
   private:
     KernelCall call_;
     cl::Kernel kernel_;
+    std::string doing_;  // for error messages
 };
 
-/// Packs `sets` sets of a convolution's parameters (graph::Parameters' order, floats on the device) into `packed`, set k
-/// at k · packing.floats. `first` is the number of the first set to write.
-void pack_weights(ocl::Context& context, const Lowered& lowered, const cl::Buffer& weights, const cl::Buffer& biases,
-                  const cl::Buffer& packed, int first, int sets, size_t weights_per_set, size_t biases_per_set);
+/// The kernel that packs one set of a convolution's parameters for the kernel of `lowered`.
+class PackLaunch {
+  public:
+    PackLaunch(ocl::Context& context, const Lowered& lowered);
+
+    /// Enqueues the packing of one set (graph::Parameters' order) as set number `set` of `packed`.
+    void enqueue(const cl::CommandQueue& queue, const cl::Buffer& weights, const cl::Buffer& biases,
+                 const cl::Buffer& packed, int set);
+
+  private:
+    Packing packing_;
+    cl::Kernel kernel_;
+    std::string doing_;
+};
 
 }  // namespace clarus::runtime

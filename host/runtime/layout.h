@@ -11,8 +11,8 @@ enum class Storage { f32, f16 };
 
 inline size_t bytes_of(Storage storage) { return storage == Storage::f16 ? 2 : 4; }
 
-/// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels. With
-/// it, concat, slice, space-to-depth and depth-to-space are views of one block of memory.
+/// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels.
+/// With it, concat, slice, space-to-depth and depth-to-space are views of one block of memory.
 struct TensorLayout {
     int memory = -1;  // index into LayoutPlan::memories
     Storage storage = Storage::f32;
@@ -30,12 +30,12 @@ std::string layout_options(const std::string& name, const TensorLayout& layout);
 
 struct Memory {
     size_t bytes = 0;
-    int state = -1;          // index into Graph::states where it holds this frame's value of one, else −1
-    bool previous = false;   // holds last frame's value of that state
+    int state = -1;         // index into Graph::states where it holds this frame's value of one, else −1
+    bool previous = false;  // holds last frame's value of that state
 };
 
-/// Every value's layout. `graph` is the given one with copies put in where a value that concat or space-to-depth wants in
-/// its own memory cannot be written there by what makes it.
+/// Every value's layout. `graph` is the given one with copies put in where a value that concat or space-to-depth wants
+/// in its own memory cannot be written there by what makes it.
 struct LayoutPlan {
     graph::Graph graph;
     std::vector<TensorLayout> layouts;  // one a node

@@ -21,21 +21,21 @@ struct DeviceProfile {
     DeviceClass device_class = DeviceClass::cpu;
     int compute_units = 1;
     int clock_mhz = 0;
-    int float_vector_width = 1;      // native width in floats
+    int float_vector_width = 1;  // native width in floats
     size_t max_work_group_size = 1;
-    size_t global_memory = 0;        // bytes
-    size_t max_allocation = 0;       // bytes
-    size_t local_memory = 0;         // bytes
+    size_t global_memory = 0;                // bytes
+    size_t max_allocation = 0;               // bytes
+    size_t local_memory = 0;                 // bytes
     bool local_memory_is_dedicated = false;  // false where local memory is a part of global memory
-    size_t memory_alignment = 1;     // bytes; what a sub-buffer's origin is a multiple of
-    bool unified_memory = false;     // host and device share memory
+    size_t memory_alignment = 1;             // bytes; what a sub-buffer's origin is a multiple of
+    bool unified_memory = false;             // host and device share memory
     bool images = false;
-    bool half_storage = false;       // vload_half and vstore_half compile (part of OpenCL 1.0; probed)
-    bool half_arithmetic = false;    // cl_khr_fp16, or a kernel that computes in half compiles (probed)
-    bool int8_dot_product = false;   // cl_khr_integer_dot_product
-    bool fast_fma = false;           // FP_FAST_FMAF
+    bool half_storage = false;      // vload_half and vstore_half compile (part of OpenCL 1.0; probed)
+    bool half_arithmetic = false;   // cl_khr_fp16, or a kernel that computes in half compiles (probed)
+    bool int8_dot_product = false;  // cl_khr_integer_dot_product
+    bool fast_fma = false;          // FP_FAST_FMAF
     bool subgroups = false;
-    bool sub_devices = false;        // can be partitioned into devices of fewer compute units
+    bool sub_devices = false;  // can be partitioned into devices of fewer compute units
 };
 
 /// Every device of every platform, in the order of their selectors. Empty where there is none.

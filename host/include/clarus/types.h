@@ -44,8 +44,9 @@ struct Image {
 /// float; `automatic` takes fp16 where the device computes in half natively, else fp32.
 enum class Precision { fp32, fp16, automatic };
 
-/// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in choice
-/// for its class where there is none; `measure` first measures what is not stored; `fixed` takes built-in choices only.
+/// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in
+/// choice for its class where there is none; `measure` first measures what is not stored; `fixed` takes built-in
+/// choices only.
 enum class Tuning { stored, measure, fixed };
 
 }  // namespace clarus

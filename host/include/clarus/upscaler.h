@@ -45,8 +45,8 @@ struct UpscalerOptions {
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
-    std::vector<std::string> views;    // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
-    bool profile = false;              // time every stage with device events
+    std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
+    bool profile = false;            // time every stage with device events
 };
 
 /// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
@@ -54,13 +54,13 @@ struct UpscalerOptions {
 /// use (at present all of them).
 struct FrameDescription {
     Image color;
-    Image depth;            // may be empty where the model needs no motion
-    Image motion;           // likewise
-    Vec2 jitter;            // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
-    float exposure = 1;     // linear input only; > 0
-    float near_plane = 0;   // view distances, for projective depth only: 0 < near < far; far may be infinity
+    Image depth;           // may be empty where the model needs no motion
+    Image motion;          // likewise
+    Vec2 jitter;           // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
+    float exposure = 1;    // linear input only; > 0
+    float near_plane = 0;  // view distances, for projective depth only: 0 < near < far; far may be infinity
     float far_plane = 0;
-    bool reset = false;     // a cut: history is dropped before the frame. The first frame always resets
+    bool reset = false;  // a cut: history is dropped before the frame. The first frame always resets
     Image output;
     std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
 
@@ -74,20 +74,20 @@ struct FrameDescription {
 
 /// Device memory, in bytes.
 struct MemoryRequirements {
-    size_t weights = 0;         // packed weights of every kernel
-    size_t arena = 0;           // intermediates and recurrent state, shared by lifetime
-    size_t live_at_worst = 0;   // the sum of what is live at the worst moment: the floor for `arena`
-    size_t staging = 0;         // copies of host images on the device, views kept
+    size_t weights = 0;        // packed weights of every kernel
+    size_t arena = 0;          // intermediates and recurrent state, shared by lifetime
+    size_t live_at_worst = 0;  // the sum of what is live at the worst moment: the floor for `arena`
+    size_t staging = 0;        // copies of host images on the device, views kept
     size_t total() const { return weights + arena + staging; }
 };
 
 /// One stage's share of the frames since the last `take_profile`.
 struct StageProfile {
-    std::string name;            // "convolution 1", "warp", …
-    std::string kernel;          // the implementation and its parameters
-    double seconds = 0;          // median over the frames, from device events
-    double operations = 0;       // floating-point operations a frame, counted as the plain definition's
-    double bytes = 0;            // bytes a frame that must be read and written, each tensor once
+    std::string name;                          // "convolution 1", "warp", …
+    std::string kernel;                        // the implementation and its parameters
+    double seconds = 0;                        // median over the frames, from device events
+    double operations = 0;                     // floating-point operations a frame, counted as the plain definition's
+    double bytes = 0;                          // bytes a frame that must be read and written, each tensor once
     std::vector<std::array<double, 2>> spans;  // start and end in seconds on the device's clock, a frame each
 };
 
@@ -109,8 +109,8 @@ class FrameEvent {
 /// also on one Device if their calls do not overlap.
 class Upscaler {
   public:
-    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose tensors
-    /// do not fit its pipeline).
+    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose
+    /// tensors do not fit its pipeline).
     Upscaler(Device device, Model model, Size render_size, UpscalerOptions options = {});
     ~Upscaler();
     Upscaler(Upscaler&&) noexcept;

@@ -1,0 +1,101 @@
+#include "runtime/launch.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "cl/error.h"
+
+namespace clarus::runtime {
+namespace {
+
+std::string with_group_size(const KernelCall& call) {
+    return fmt::format("{} -DWG_X={} -DWG_Y={}", call.options, call.local[0], call.local[1]);
+}
+
+cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<size_t, 2>& local) {
+    return {(global[0] + local[0] - 1) / local[0] * local[0], (global[1] + local[1] - 1) / local[1] * local[1]};
+}
+
+cl::Program build(ocl::Context& context, const KernelCall& call) {
+    return call.source.empty() ? context.program(call.file, with_group_size(call))
+                               : context.program_from_source(call.file, call.source, with_group_size(call));
+}
+
+cl::Kernel create_kernel(ocl::Context& context, const KernelCall& call, const std::string& entry) {
+    const cl::Program program = build(context, call);
+    return ocl::checked("create kernel " + entry, [&] { return cl::Kernel(program, entry.c_str()); });
+}
+
+}  // namespace
+
+Launch::Launch(ocl::Context& context, KernelCall call)
+    : call_(std::move(call)),
+      kernel_(create_kernel(context, call_, call_.entry)),
+      doing_("run kernel " + call_.entry) {}
+
+void Launch::bind(const Bindings& bindings) {
+    ocl::checked(doing_, [&] {
+        for (cl_uint position = 0; position < call_.arguments.size(); ++position) {
+            const Argument& argument = call_.arguments[position];
+            switch (argument.kind) {
+                case ArgumentKind::input:
+                    kernel_.setArg(position, bindings.inputs[argument.index]);
+                    break;
+                case ArgumentKind::output:
+                    kernel_.setArg(position, bindings.output);
+                    break;
+                case ArgumentKind::packed_weights:
+                    kernel_.setArg(position, bindings.packed_weights);
+                    break;
+                case ArgumentKind::packed_offset:
+                    kernel_.setArg(position, bindings.packed_offset);
+                    break;
+                case ArgumentKind::frame:
+                    kernel_.setArg(position, bindings.frame);
+                    break;
+                case ArgumentKind::resource:
+                    kernel_.setArg(position, bindings.resources[argument.index]);
+                    break;
+                case ArgumentKind::resource_offset:
+                    kernel_.setArg(position, bindings.resource_offsets[argument.index]);
+                    break;
+                case ArgumentKind::target:
+                    kernel_.setArg(position, bindings.target);
+                    break;
+                case ArgumentKind::target_offset:
+                    kernel_.setArg(position, bindings.target_offset);
+                    break;
+                case ArgumentKind::counter:
+                    kernel_.setArg(position, bindings.counter);
+                    break;
+            }
+        }
+    });
+}
+
+void Launch::enqueue(const cl::CommandQueue& queue, cl::Event* event) const {
+    ocl::checked(doing_, [&] {
+        queue.enqueueNDRangeKernel(kernel_, cl::NullRange, rounded_up(call_.global, call_.local),
+                                   cl::NDRange(call_.local[0], call_.local[1]), nullptr, event);
+    });
+}
+
+PackLaunch::PackLaunch(ocl::Context& context, const Lowered& lowered)
+    : packing_(lowered.packing.value()),
+      kernel_(create_kernel(context, lowered.call, packing_.entry)),
+      doing_("run kernel " + packing_.entry) {}
+
+void PackLaunch::enqueue(const cl::CommandQueue& queue, const cl::Buffer& weights, const cl::Buffer& biases,
+                         const cl::Buffer& packed, int set) {
+    ocl::checked(doing_, [&] {
+        kernel_.setArg(0, weights);
+        kernel_.setArg(1, biases);
+        kernel_.setArg(2, packed);
+        kernel_.setArg(3, static_cast<cl_uint>(set * packing_.floats));
+        queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(packing_.global[0], packing_.global[1]),
+                                   cl::NDRange(1, 1));
+    });
+}
+
+}  // namespace clarus::runtime

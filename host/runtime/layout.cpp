@@ -1,0 +1,186 @@
+#include "runtime/layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Graph;
+using graph::Node;
+using graph::Value;
+
+// Cells start at multiples of four elements, so that a cell can be read and written in vectors of four.
+constexpr int kCellAlignment = 4;
+// Vector loads may run over a memory's last element by less than this many elements (kernels/common.clh).
+constexpr int kSlack = 64;
+
+int round_up(int value, int to) { return (value + to - 1) / to * to; }
+
+template <typename Op>
+bool is(const Node& node) {
+    return std::holds_alternative<Op>(node.op);
+}
+
+/// A value that no kernel makes: it shows a part of another, or memory of the frame before.
+bool shows_another(const Node& node) {
+    return is<graph::Slice>(node) || is<graph::DepthToSpace>(node) || is<graph::Previous>(node);
+}
+
+Storage storage_of(const Graph& graph, Value value, Storage images) {
+    const Node& node = graph.nodes[value];
+    if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
+        return Storage::f32;
+    return is<graph::Dilate>(node) ? Storage::f32 : images;
+}
+
+/// A use that cannot be served by a view: input `position` of `user` must be copied.
+struct Conflict {
+    Value user;
+    int position;
+};
+
+class Placer {
+  public:
+    Placer(const Graph& graph, Storage images) : graph_(graph), images_(images), layouts_(graph.nodes.size()) {}
+
+    /// Lays out everything, or returns the first conflict.
+    std::optional<Conflict> place() {
+        // Backwards, because the user of a value says where it wants it.
+        for (Value value = static_cast<Value>(graph_.nodes.size()) - 1; value >= 0; --value) {
+            if (shows_another(graph_.nodes[value])) continue;
+            if (layouts_[value].memory < 0) layouts_[value] = own_memory(value);
+            if (const auto conflict = place_inputs(value)) return conflict;
+        }
+        for (const graph::State& state : graph_.states) place_previous(state);
+        for (Value value = 0; value < static_cast<Value>(graph_.nodes.size()); ++value) place_view(value);
+        return std::nullopt;
+    }
+
+    LayoutPlan plan() && { return {graph_, std::move(layouts_), std::move(memories_)}; }
+
+  private:
+    TensorLayout own_memory(Value value) {
+        const graph::Shape& shape = graph_.shape(value);
+        const Storage storage = storage_of(graph_, value, images_);
+        const int stride = round_up(shape.channels, kCellAlignment);
+        const size_t elements = static_cast<size_t>(shape.height) * shape.width * stride + kSlack;
+        memories_.push_back({elements * bytes_of(storage)});
+        return {
+            static_cast<int>(memories_.size()) - 1, storage, shape.width, shape.height, shape.channels, 1, stride, 0};
+    }
+
+    std::optional<Conflict> place_inputs(Value value) {
+        const Node& node = graph_.nodes[value];
+        const TensorLayout& home = layouts_[value];
+        if (is<graph::Concat>(node)) {
+            int first = 0;
+            for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position) {
+                TensorLayout part = home;
+                part.channels = graph_.shape(node.inputs[position]).channels;
+                part.offset += first * home.block * home.block;
+                if (!try_place(node.inputs[position], part)) return Conflict{value, position};
+                first += part.channels;
+            }
+        } else if (const auto* space_to_depth = std::get_if<graph::SpaceToDepth>(&node.op)) {
+            const graph::Shape& shape = graph_.shape(node.inputs[0]);
+            TensorLayout blocks = home;
+            blocks.width = shape.width;
+            blocks.height = shape.height;
+            blocks.channels = shape.channels;
+            blocks.block = space_to_depth->scale;
+            if (home.block != 1 || !try_place(node.inputs[0], blocks)) return Conflict{value, 0};
+        }
+        return std::nullopt;
+    }
+
+    bool try_place(Value value, const TensorLayout& layout) {
+        const Node& node = graph_.nodes[value];
+        const bool free = layouts_[value].memory < 0 && !shows_another(node);
+        const bool convertible = storage_of(graph_, value, images_) == layout.storage;
+        const bool writable = layout.block == 1 || !is<graph::Convolution>(node);
+        if (!free || !convertible || !writable) return false;
+        layouts_[value] = layout;
+        return true;
+    }
+
+    void place_previous(const graph::State& state) {
+        TensorLayout layout = layouts_[state.next];
+        if (layout.memory < 0) throw std::logic_error("a state is made by a kernel");
+        const int index = static_cast<int>(&state - graph_.states.data());
+        memories_[layout.memory].state = index;
+        memories_.push_back({memories_[layout.memory].bytes, index, true});
+        layout.memory = static_cast<int>(memories_.size()) - 1;
+        layouts_[state.previous] = layout;
+    }
+
+    void place_view(Value value) {
+        const Node& node = graph_.nodes[value];
+        const graph::Shape& shape = graph_.shape(value);
+        if (const auto* slice = std::get_if<graph::Slice>(&node.op)) {
+            TensorLayout layout = layouts_[node.inputs[0]];
+            layout.channels = shape.channels;
+            layout.offset += slice->first * layout.block * layout.block;
+            layouts_[value] = layout;
+        } else if (const auto* depth_to_space = std::get_if<graph::DepthToSpace>(&node.op)) {
+            TensorLayout layout = layouts_[node.inputs[0]];
+            if (layout.block != 1) throw std::logic_error("depth-to-space of blocks");
+            layout.width = shape.width;
+            layout.height = shape.height;
+            layout.channels = shape.channels;
+            layout.block = depth_to_space->scale;
+            layouts_[value] = layout;
+        }
+    }
+
+    const Graph& graph_;
+    Storage images_;
+    std::vector<TensorLayout> layouts_;
+    std::vector<Memory> memories_;
+};
+
+/// The graph with an identity program before input `position` of `user`.
+Graph with_copy(const Graph& graph, const Conflict& conflict) {
+    Graph result = graph;
+    result.nodes.clear();
+    const auto renamed = [&](Value value) { return value >= conflict.user ? value + 1 : value; };
+    for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
+        Node node = graph.nodes[value];
+        for (Value& input : node.inputs) input = renamed(input);
+        if (value == conflict.user) {
+            const Value source = node.inputs[conflict.position];
+            result.nodes.push_back({graph::Pointwise{{}, {0}}, {source}, graph.shape(source), "copy"});
+            node.inputs[conflict.position] = value;
+        }
+        result.nodes.push_back(std::move(node));
+    }
+    for (graph::State& state : result.states) state = {renamed(state.previous), renamed(state.next)};
+    for (auto& [name, value] : result.views) value = renamed(value);
+    result.output = renamed(result.output);
+    return result;
+}
+
+}  // namespace
+
+std::string layout_options(const std::string& name, const TensorLayout& layout) {
+    return fmt::format(
+        "-D{0}_WIDTH={1} -D{0}_HEIGHT={2} -D{0}_CHANNELS={3} -D{0}_BLOCK={4} -D{0}_STRIDE={5} -D{0}_ROW={6} "
+        "-D{0}_OFFSET={7}",
+        name, layout.width, layout.height, layout.channels, layout.block, layout.stride, layout.row(), layout.offset);
+}
+
+LayoutPlan lay_out(const graph::Graph& graph, Storage storage) {
+    Graph current = graph;
+    for (;;) {
+        Placer placer(current, storage);
+        const auto conflict = placer.place();
+        if (!conflict) return std::move(placer).plan();
+        current = with_copy(current, *conflict);
+    }
+}
+
+}  // namespace clarus::runtime
