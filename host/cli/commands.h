@@ -1,0 +1,17 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace clarus::cli {
+
+// Each adds its subcommand to the app; parsing a command line that names it then runs it. Errors leave as
+// clarus::Error.
+void add_upscale_command(CLI::App& app);
+void add_compare_command(CLI::App& app);
+void add_sheet_command(CLI::App& app);
+void add_render_command(CLI::App& app);
+void add_devices_command(CLI::App& app);
+void add_models_command(CLI::App& app);
+void add_model_command(CLI::App& app);
+
+}  // namespace clarus::cli
