@@ -10,7 +10,7 @@
 #include <span>
 
 #include "base/error.h"
-#include "io/atomic_file.h"
+#include "io/file.h"
 
 namespace clarus::io {
 namespace {

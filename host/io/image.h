@@ -36,7 +36,8 @@ Pixels read_image(const std::filesystem::path& path);
 enum class SampleType { u8, u16, f16, f32 };
 
 /// Writes `path` as its extension says, under a temporary name first, so that a file under its final name is always
-/// whole. u8 and u16 clamp to [0, 1] and round to nearest. Errors: file, naming it and the cause (permission, disk full).
+/// whole. u8 and u16 clamp to [0, 1] and round to nearest. Errors: file, naming it and the cause (permission, disk
+/// full).
 void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type);
 
 }  // namespace clarus::io

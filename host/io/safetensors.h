@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,7 +15,8 @@ enum class DataType { f32, f16, i8, i32 };
 struct Tensor {
     DataType type = DataType::f32;
     std::vector<int64_t> shape;
-    std::span<const std::byte> bytes;  // into the owning Safetensors
+    std::span<const std::byte> bytes;  // little-endian; valid as long as the Safetensors or a copy of it
+    std::string name;
 
     int64_t elements() const;
     /// F32 as is, F16 widened. Errors: file where the type is an integer.
@@ -22,7 +24,7 @@ struct Tensor {
 };
 
 /// A safetensors file, read whole and trusted in nothing: header length, JSON, dtypes, shapes, offsets, overlaps and
-/// gaps are checked. Errors: file, naming the file, the tensor and what is wrong.
+/// gaps are checked. Errors: file, naming the file, the tensor and what is wrong. Copies share the bytes.
 class Safetensors {
   public:
     static Safetensors read(const std::filesystem::path& path);
@@ -41,7 +43,7 @@ class Safetensors {
 
   private:
     std::filesystem::path path_;
-    std::vector<std::byte> data_;
+    std::shared_ptr<const std::string> data_;
     std::map<std::string, std::string> metadata_;
     std::map<std::string, Tensor> tensors_;
 };

@@ -31,8 +31,7 @@ struct FrameFiles {
     Vec2 jitter;
     bool reset = false;
     float exposure = 1;
-    // Where it differs by frame (NSS capture); else that of the sequence.
-    std::optional<DepthEncoding> depth_encoding;
+    float near_plane = 0, far_plane = 0;  // as FrameDescription's; for projective depth only
     std::optional<FrameDescription::Camera> camera;
     std::string name;  // what the output is numbered by: "0000"
 };
@@ -56,5 +55,20 @@ struct Sequence {
     /// The library's form of `motion`: scale in render pixels, flags.
     MotionEncoding motion_encoding() const;
 };
+
+enum class Layout { guess, native, qrisp, nss };
+
+/// Reads a sequence's description (formats.md); images are left to io/frames.h, but for the size that QRISP and
+/// NSS captures do not write down. What `path` is:
+///   native: the folder with `sequence.json`, or the JSON itself;
+///   QRISP: the segment's folder, `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`;
+///   NSS capture: `<dataset>/<sequence>.json`, with `nss_scale` saying which of its ratios (folder `x2`, `x1_5`, …).
+/// `guess` tells them apart by these names. Errors: file, naming the file and the field.
+Sequence read_sequence(const std::filesystem::path& path, Layout layout = Layout::guess, double nss_scale = 2);
+
+/// Writes `folder`/sequence.json, atomically, with paths relative to `folder` (made where it is missing). Errors: file;
+/// invalid_argument for what the native layout cannot say: images outside the folder, depth that is packed or encoded
+/// differently from frame to frame.
+void write_sequence(const Sequence& sequence, const std::filesystem::path& folder);
 
 }  // namespace clarus::io

@@ -1,10 +1,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 
 namespace clarus::io {
+
+/// A whole regular file. Errors: file, naming it and the cause; a file of more than `largest` bytes is refused.
+std::string read_file(const std::filesystem::path& path, uintmax_t largest = UINTMAX_MAX);
 
 /// Writes a file under a temporary name in the same folder, then renames it: under `path` there is the old file or the
 /// whole new one, never a part. Errors: file, naming it and the cause (no such folder, permission, disk full); nothing

@@ -1,0 +1,116 @@
+#include "io/frames.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/qrisp.h"
+
+namespace clarus::io {
+namespace {
+
+/// What an image must be.
+struct Expectation {
+    Size size;     // {}: any
+    int channels;  // at least
+    const char* role;
+};
+
+Expectation color_of(const Sequence& sequence) { return {sequence.render_size, 3, "colour"}; }
+Expectation depth_of(const Sequence& sequence) {
+    const bool packed = sequence.depth_storage == DepthStorage::packed_rgba8;
+    return {sequence.render_size, packed ? 4 : 1, packed ? "packed depth" : "depth"};
+}
+Expectation motion_of(const Sequence& sequence) { return {sequence.render_size, 2, "motion"}; }
+Expectation reference_of(const Sequence& sequence) { return {sequence.output_size(), 3, "the reference"}; }
+
+Expectation optional_of(const std::string& key, const Sequence& sequence) {
+    if (key == "reference_depth") return {sequence.output_size(), 1, "the reference's depth"};
+    if (key == "reference_motion") return {sequence.output_size(), 2, "the reference's motion"};
+    if (key == "reactive" || key == "transparency") return {sequence.render_size, 1, "a mask"};
+    if (key == "opaque_color") return {sequence.render_size, 3, "colour without transparency"};
+    return {{}, 3, "what the display shows"};  // hudless_color, ui: render or display resolution
+}
+
+void check(const std::filesystem::path& path, const ImageHeader& image, const Expectation& expected) {
+    if (expected.size != Size{} && image.size != expected.size)
+        fail(ErrorKind::file, "{} has {}x{} pixels where the sequence has {}x{} for {}", path.string(),
+             image.size.width, image.size.height, expected.size.width, expected.size.height, expected.role);
+    if (image.channels < expected.channels)
+        fail(ErrorKind::file, "{} has {} of the {} channels that {} needs", path.string(), image.channels,
+             expected.channels, expected.role);
+}
+
+void check_file(const std::filesystem::path& path, const Expectation& expected) {
+    if (!path.empty()) check(path, read_image_header(path), expected);
+}
+
+Pixels read_checked(const std::filesystem::path& path, const Expectation& expected) {
+    if (path.empty()) return {};
+    Pixels pixels = read_image(path);
+    check(path, {pixels.size, pixels.channels}, expected);
+    return pixels;
+}
+
+}  // namespace
+
+void check_sequence(const Sequence& sequence, bool needs_motion) {
+    for (const FrameFiles& frame : sequence.frames) {
+        if (needs_motion && (frame.depth.empty() || frame.motion.empty()))
+            fail(ErrorKind::file, "{}: frame {} has no {}, which a model with history needs", sequence.folder.string(),
+                 frame.name, frame.depth.empty() ? "depth" : "motion");
+        check_file(frame.color, color_of(sequence));
+        check_file(frame.depth, depth_of(sequence));
+        check_file(frame.motion, motion_of(sequence));
+        check_file(frame.reference, reference_of(sequence));
+        for (const auto& [key, path] : frame.optional) check_file(path, optional_of(key, sequence));
+    }
+}
+
+FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference) {
+    const FrameFiles& files = sequence.frames.at(index);
+    FramePixels pixels;
+    pixels.color = read_checked(files.color, color_of(sequence));
+    if (want_motion) {
+        pixels.depth = read_checked(files.depth, depth_of(sequence));
+        if (sequence.depth_storage == DepthStorage::packed_rgba8) pixels.depth = unpack_depth(pixels.depth);
+        pixels.motion = read_checked(files.motion, motion_of(sequence));
+    }
+    if (want_reference) pixels.reference = read_checked(files.reference, reference_of(sequence));
+    return pixels;
+}
+
+FrameReader::FrameReader(Sequence sequence, size_t first, size_t last, bool want_motion, bool want_reference,
+                         size_t ahead)
+    : sequence_(std::move(sequence)),
+      next_(first),
+      last_(std::min(last, sequence_.frames.size())),
+      want_motion_(want_motion),
+      want_reference_(want_reference),
+      ahead_(std::max<size_t>(ahead, 1)) {
+    fill();
+}
+
+void FrameReader::fill() {
+    for (; next_ < last_ && pending_.size() < ahead_; ++next_)
+        pending_.push_back(std::async(std::launch::async, [this, index = next_] {
+            return Frame{index, read_frame(sequence_, index, want_motion_, want_reference_)};
+        }));
+}
+
+std::optional<FrameReader::Frame> FrameReader::next() {
+    if (pending_.empty()) return std::nullopt;
+    std::future<Frame> frame = std::move(pending_.front());
+    pending_.pop_front();
+    fill();
+    try {
+        return frame.get();
+    } catch (...) {
+        next_ = last_;
+        pending_.clear();
+        throw;
+    }
+}
+
+}  // namespace clarus::io

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <future>
+#include <optional>
+
+#include "io/image.h"
+#include "io/sequence.h"
+
+namespace clarus::io {
+
+/// Opens every image of every frame and compares its size and channels with what the sequence says. `needs_motion`: a
+/// frame without depth or motion is refused. Errors: file, naming the image.
+void check_sequence(const Sequence& sequence, bool needs_motion);
+
+/// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
+/// (Packed depth is unpacked.) They may have more channels than are needed. Empty where not asked for or not there.
+struct FramePixels {
+    Pixels color, depth, motion, reference;
+};
+
+/// Errors: file, naming the image that does not open or whose size or channels are not the sequence's.
+FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference);
+
+/// Reads frames [first, last) in order on threads of its own, up to `ahead` of them before they are asked for.
+class FrameReader {
+  public:
+    FrameReader(Sequence sequence, size_t first, size_t last, bool want_motion, bool want_reference, size_t ahead = 2);
+    FrameReader(const FrameReader&) = delete;
+    FrameReader& operator=(const FrameReader&) = delete;
+
+    struct Frame {
+        size_t index = 0;  // into Sequence::frames
+        FramePixels pixels;
+    };
+    /// The next frame; none after the last. Waits. Errors: what read_frame threw, at its frame; then none.
+    std::optional<Frame> next();
+
+  private:
+    void fill();
+
+    const Sequence sequence_;
+    size_t next_, last_;
+    const bool want_motion_, want_reference_;
+    const size_t ahead_;
+    // Last: a future waits for its reader when it is destroyed, and readers use what is above.
+    std::deque<std::future<Frame>> pending_;
+};
+
+}  // namespace clarus::io

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace clarus::io {
+
+/// Parses a whole text; an object that has a key twice is refused. `file` is for the message. Errors: file.
+nlohmann::json parse_json(std::string_view text, const std::filesystem::path& file);
+
+/// A JSON value that knows its file and its place in it ("frames[3].jitter"), so that every complaint names both.
+/// Each reading function has the error file for a value of another type. Refers to value and file; keeps neither.
+class JsonNode {
+  public:
+    JsonNode(const nlohmann::json& value, const std::filesystem::path& file, std::string place = {})
+        : value_(&value), file_(&file), place_(std::move(place)) {}
+
+    JsonNode operator[](const std::string& key) const;  // a member that must be there
+    std::optional<JsonNode> find(const std::string& key) const;
+    std::vector<std::pair<std::string, JsonNode>> members() const;
+    std::vector<JsonNode> items() const;
+    std::vector<JsonNode> items(size_t count) const;
+
+    bool is_null() const { return value_->is_null(); }
+    bool boolean() const;
+    std::string text() const;
+    int64_t integer(int64_t low, int64_t high) const;
+    double number(double low, double high) const;
+    float positive() const;  // that is so as a float, too
+
+    /// One of the words, as what stands beside it.
+    template <typename T>
+    T choice(std::initializer_list<std::pair<const char*, T>> words) const {
+        std::string allowed;
+        for (const auto& [word, meaning] : words) {
+            if (*value_ == word) return meaning;
+            allowed += (allowed.empty() ? "\"" : ", \"") + std::string(word) + '"';
+        }
+        refuse((words.size() > 1 ? "one of " : "") + allowed);
+    }
+
+    /// Throws: this value must be what `expected` says.
+    [[noreturn]] void refuse(std::string_view expected) const;
+
+  private:
+    const nlohmann::json* value_;
+    const std::filesystem::path* file_;
+    std::string place_;
+};
+
+}  // namespace clarus::io

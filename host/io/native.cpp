@@ -1,0 +1,235 @@
+#include "io/native.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <set>
+#include <span>
+#include <tuple>
+
+#include "base/error.h"
+#include "io/file.h"
+#include "io/json_reader.h"
+
+namespace clarus::io {
+namespace {
+
+constexpr uintmax_t largest_description = 1 << 28;  // bytes
+
+constexpr int largest_extent = 1 << 15;  // pixels
+constexpr double largest_scale = 8;
+// Optional images of a frame that no pipeline uses yet.
+constexpr std::array further_images{"reactive", "transparency",    "opaque_color",    "hudless_color",
+                                    "ui",       "reference_depth", "reference_motion"};
+
+/// Where the JSON is.
+struct Folder {
+    std::filesystem::path path, canonical;
+};
+
+/// A path in the JSON: relative to its folder, and after all links still inside.
+std::filesystem::path file_inside(const JsonNode& node, const Folder& folder) {
+    const std::string text = node.text();
+    const std::filesystem::path relative = text;
+    if (text.empty() || text.find('\0') != std::string::npos || relative.is_absolute())
+        node.refuse("a path relative to the sequence's folder");
+    std::error_code error;
+    const std::filesystem::path file = std::filesystem::weakly_canonical(folder.path / relative, error);
+    if (error || std::ranges::mismatch(folder.canonical, file).in1 != folder.canonical.end())
+        node.refuse("a path inside the sequence's folder");
+    return folder.path / relative;
+}
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+/// {near, far}
+std::pair<float, float> read_planes(const JsonNode& node) {
+    const float near = node["near"].positive();
+    const JsonNode far = node["far"];
+    if (far.is_null()) return {near, infinity};
+    if (far.positive() <= near) far.refuse("farther than near, or null for infinity");
+    return {near, far.positive()};
+}
+
+void read_depth(const JsonNode& node, Sequence& sequence) {
+    if (const auto encoding = node.find("encoding"))
+        sequence.depth.projective = encoding->choice<bool>({{"linear", false}, {"projective", true}});
+    sequence.depth.reversed = node["reversed"].boolean();
+    if (!sequence.depth.projective) return;
+    const auto [near, far] = read_planes(node);
+    for (FrameFiles& frame : sequence.frames) frame.near_plane = near, frame.far_plane = far;
+}
+
+MotionConvention read_motion_convention(const JsonNode& node) {
+    MotionConvention motion;
+    motion.unit = node["unit"].choice<MotionUnit>({{"pixels", MotionUnit::pixels}, {"uv", MotionUnit::uv}});
+    motion.from_previous = node["direction"].choice<bool>({{"to_previous", false}, {"from_previous", true}});
+    motion.y_up = node["y"].choice<bool>({{"down", false}, {"up", true}});
+    motion.jittered = node["jittered"].boolean();
+    if (const auto sampled_at = node.find("sampled_at"))
+        motion.sampled_at_jitter = sampled_at->choice<bool>({{"centre", false}, {"jittered", true}});
+    return motion;
+}
+
+std::array<float, 16> read_matrix(const JsonNode& node) {
+    constexpr double largest = std::numeric_limits<float>::max();
+    std::array<float, 16> matrix;
+    auto out = matrix.begin();
+    for (const JsonNode& row : node.items(4))
+        for (const JsonNode& value : row.items(4)) *out++ = static_cast<float>(value.number(-largest, largest));
+    return matrix;
+}
+
+FrameDescription::Camera read_camera(const JsonNode& node) {
+    FrameDescription::Camera camera;
+    camera.view = read_matrix(node["view"]);
+    camera.projection = read_matrix(node["projection"]);
+    std::tie(camera.near_plane, camera.far_plane) = read_planes(node);
+    camera.fov_y = node["fov_y"].positive();
+    return camera;
+}
+
+FrameFiles read_frame_files(const JsonNode& node, const Folder& folder) {
+    FrameFiles frame;
+    const auto optional_file = [&](const char* key) {
+        const auto file = node.find(key);
+        return file ? file_inside(*file, folder) : std::filesystem::path();
+    };
+    frame.color = file_inside(node["color"], folder);
+    frame.depth = optional_file("depth");
+    frame.motion = optional_file("motion");
+    frame.reference = optional_file("reference");
+    for (const char* key : further_images)
+        if (auto file = optional_file(key); !file.empty()) frame.optional.emplace(key, std::move(file));
+    const std::vector<JsonNode> jitter = node["jitter"].items(2);
+    frame.jitter = {static_cast<float>(jitter[0].number(-1, 1)), static_cast<float>(jitter[1].number(-1, 1))};
+    if (const auto reset = node.find("reset")) frame.reset = reset->boolean();
+    if (const auto exposure = node.find("exposure")) frame.exposure = exposure->positive();
+    if (const auto camera = node.find("camera")) frame.camera = read_camera(*camera);
+    return frame;
+}
+
+/// Outputs are numbered like the colour images; where these are not numbered, by their place.
+void name_frames(std::vector<FrameFiles>& frames) {
+    std::set<std::string> stems;
+    for (const FrameFiles& frame : frames) {
+        const std::string stem = frame.color.stem().string();
+        if (stem.find_first_not_of("0123456789") == std::string::npos) stems.insert(stem);
+    }
+    for (size_t i = 0; i < frames.size(); ++i)
+        frames[i].name = stems.size() == frames.size() ? frames[i].color.stem().string() : fmt::format("{:04}", i);
+}
+
+}  // namespace
+
+Sequence read_native(const std::filesystem::path& description) {
+    const nlohmann::json json = parse_json(read_file(description, largest_description), description);
+    const JsonNode root(json, description);
+    Sequence sequence;
+    sequence.folder = description.has_parent_path() ? description.parent_path() : ".";
+    root["version"].integer(1, 1);
+    const std::vector<JsonNode> size = root["render_size"].items(2);
+    sequence.render_size = {static_cast<int>(size[0].integer(1, largest_extent)),
+                            static_cast<int>(size[1].integer(1, largest_extent))};
+    sequence.scale = root["scale"].number(1, largest_scale);
+    if (const auto rate = root.find("frame_rate")) sequence.frame_rate = rate->positive();
+    sequence.color_space =
+        root["color_space"].choice<ColorSpace>({{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});
+
+    const JsonNode frames = root["frames"];
+    const Folder folder{sequence.folder, std::filesystem::canonical(sequence.folder)};
+    for (const JsonNode& frame : frames.items()) sequence.frames.push_back(read_frame_files(frame, folder));
+    if (sequence.frames.empty()) frames.refuse("a list of at least one frame");
+    sequence.frames.front().reset = true;
+    name_frames(sequence.frames);
+
+    const auto some_frame_has = [&](std::filesystem::path FrameFiles::*file) {
+        return std::ranges::any_of(sequence.frames, [&](const FrameFiles& frame) { return !(frame.*file).empty(); });
+    };
+    if (some_frame_has(&FrameFiles::depth)) read_depth(root["depth"], sequence);
+    if (some_frame_has(&FrameFiles::motion)) sequence.motion = read_motion_convention(root["motion"]);
+    return sequence;
+}
+
+namespace {
+
+// Numbers as float: a jitter of −1/6 is then written with the digits that it has.
+using Json = nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, int64_t, uint64_t, float>;
+
+Json matrix_rows(const std::array<float, 16>& matrix) {
+    Json rows = Json::array();
+    for (size_t row = 0; row < 16; row += 4)
+        rows.push_back({matrix[row], matrix[row + 1], matrix[row + 2], matrix[row + 3]});
+    return rows;
+}
+
+Json far_or_null(float far) { return far < infinity ? Json(far) : Json(); }
+
+Json describe_frame(const FrameFiles& frame, const std::filesystem::path& folder) {
+    Json json = Json::object();
+    const auto name = [&](const char* key, const std::filesystem::path& file) {
+        if (file.empty()) return;
+        const std::filesystem::path relative = std::filesystem::proximate(file, folder);
+        if (relative.is_absolute() || *relative.begin() == "..")
+            fail(ErrorKind::invalid_argument, "cannot describe a sequence in {}: {} is outside", folder.string(),
+                 file.string());
+        json[key] = relative.generic_string();
+    };
+    name("color", frame.color);
+    name("depth", frame.depth);
+    name("motion", frame.motion);
+    json["jitter"] = {frame.jitter.x, frame.jitter.y};
+    if (frame.reset) json["reset"] = true;
+    if (frame.exposure != 1) json["exposure"] = frame.exposure;
+    name("reference", frame.reference);
+    for (const auto& [key, file] : frame.optional) name(key.c_str(), file);
+    if (frame.camera)
+        json["camera"] = {{"view", matrix_rows(frame.camera->view)},
+                          {"projection", matrix_rows(frame.camera->projection)},
+                          {"near", frame.camera->near_plane},
+                          {"far", far_or_null(frame.camera->far_plane)},
+                          {"fov_y", frame.camera->fov_y}};
+    return json;
+}
+
+}  // namespace
+
+void write_sequence(const Sequence& sequence, const std::filesystem::path& folder) {
+    const DepthEncoding& depth = sequence.depth;
+    const MotionConvention& motion = sequence.motion;
+    const auto has_other_planes = [&](const FrameFiles& frame) {
+        return frame.near_plane != sequence.frames.front().near_plane ||
+               frame.far_plane != sequence.frames.front().far_plane;
+    };
+    if (sequence.frames.empty() || sequence.depth_storage != DepthStorage::first_channel ||
+        (depth.projective && std::ranges::any_of(sequence.frames, has_other_planes)))
+        fail(ErrorKind::invalid_argument,
+             "the native layout needs a frame, has no packed depth, and the same near and far for all frames");
+
+    Json json = {{"version", 1},
+                 {"render_size", {sequence.render_size.width, sequence.render_size.height}},
+                 {"scale", sequence.scale},
+                 {"frame_rate", sequence.frame_rate},
+                 {"color_space", sequence.color_space == ColorSpace::linear ? "linear" : "srgb"},
+                 {"depth", {{"encoding", depth.projective ? "projective" : "linear"}, {"reversed", depth.reversed}}},
+                 {"motion",
+                  {{"unit", motion.unit == MotionUnit::uv ? "uv" : "pixels"},
+                   {"direction", motion.from_previous ? "from_previous" : "to_previous"},
+                   {"y", motion.y_up ? "up" : "down"},
+                   {"jittered", motion.jittered},
+                   {"sampled_at", motion.sampled_at_jitter ? "jittered" : "centre"}}},
+                 {"frames", Json::array()}};
+    if (depth.projective) {
+        json["depth"]["near"] = sequence.frames.front().near_plane;
+        json["depth"]["far"] = far_or_null(sequence.frames.front().far_plane);
+    }
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
+    for (const FrameFiles& frame : sequence.frames) json["frames"].push_back(describe_frame(frame, folder));
+
+    const std::string text = json.dump(1) + "\n";
+    write_file_atomically(folder / "sequence.json", std::as_bytes(std::span(text)));
+}
+
+}  // namespace clarus::io

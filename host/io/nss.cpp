@@ -1,0 +1,98 @@
+#include "io/nss.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/error.h"
+#include "io/file.h"
+#include "io/json_reader.h"
+
+namespace clarus::io {
+namespace {
+
+constexpr uintmax_t largest_description = 1 << 28;  // bytes
+
+/// "x2", "x1_5".
+std::string ratio_name(double scale) {
+    std::string name = fmt::format("x{}", scale);
+    std::replace(name.begin(), name.end(), '.', '_');
+    return name;
+}
+
+std::vector<std::filesystem::path> images(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+        if (entry.path().extension() == ".exr") files.push_back(entry.path());
+    if (error) fail(ErrorKind::file, "cannot read the folder {}: {}", folder.string(), error.message());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// "UpscalingRatiosIndices" may be missing where there is one ratio only.
+size_t jitter_index(const JsonNode& root, const std::string& ratio) {
+    const auto indices = root.find("UpscalingRatiosIndices");
+    return indices ? (*indices)[ratio + "_index"].integer(0, 1000) : 0;
+}
+
+Vec2 read_jitter(const JsonNode& list, size_t index, Size render_size) {
+    const std::vector<JsonNode> ratios = list.items();
+    if (index >= ratios.size()) list.refuse(fmt::format("a list of more than {}", index));
+    const double x = 1.0 / render_size.width, y = 1.0 / render_size.height;  // a pixel
+    return {static_cast<float>(ratios[index]["X"].number(-x, x) / x),
+            static_cast<float>(ratios[index]["Y"].number(-y, y) / y)};
+}
+
+void read_planes(const JsonNode& node, FrameFiles& frame) {
+    frame.near_plane = node["CameraNearPlane"].positive();
+    const JsonNode far = node["CameraFarPlane"];
+    frame.far_plane = static_cast<float>(far.number(-1, std::numeric_limits<float>::max()));
+    if (frame.far_plane == -1)
+        frame.far_plane = std::numeric_limits<float>::infinity();
+    else if (frame.far_plane <= frame.near_plane)
+        far.refuse("farther than CameraNearPlane, or -1 for infinity");
+}
+
+}  // namespace
+
+Sequence read_nss(const std::filesystem::path& description, double scale) {
+    const nlohmann::json json = parse_json(read_file(description, largest_description), description);
+    const JsonNode root(json, description);
+    const std::string ratio = ratio_name(scale);
+    const std::filesystem::path name = description.stem(), inputs = description.parent_path() / ratio;
+    const auto reference = description.parent_path() / "ground_truth" / name;
+    const std::vector<std::filesystem::path> colors = images(inputs / "color" / name);
+    const std::vector<JsonNode> frames = root["Frames"].items();
+    if (frames.empty()) root["Frames"].refuse("a list of at least one frame");
+    if (frames.size() != colors.size())
+        fail(ErrorKind::file, "{}: Frames has {} entries, but {} holds {} images", description.string(), frames.size(),
+             (inputs / "color" / name).string(), colors.size());
+
+    Sequence sequence;
+    sequence.folder = description.parent_path();
+    sequence.render_size = read_image_header(colors.front()).size;
+    sequence.scale = scale;
+    if (const auto rate = root.find("EmulatedFramerate")) sequence.frame_rate = rate->positive();
+    sequence.color_space = ColorSpace::linear;
+    sequence.motion = {.unit = MotionUnit::uv, .from_previous = true, .sampled_at_jitter = true};
+    sequence.depth = {.projective = true, .reversed = root["ReverseZ"].boolean()};
+    const bool has_reference = is_directory(reference);
+    const size_t index = jitter_index(root, ratio);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        FrameFiles frame;
+        frame.name = colors[i].stem().string();
+        frame.color = colors[i];
+        frame.depth = inputs / "depth" / name / colors[i].filename();
+        frame.motion = inputs / "motion" / name / colors[i].filename();
+        if (has_reference) frame.reference = reference / colors[i].filename();
+        frame.jitter = read_jitter(frames[i]["NormalizedPerRatioJitter"], index, sequence.render_size);
+        if (const auto cut = frames[i].find("CameraCut")) frame.reset = cut->boolean();
+        if (const auto exposure = frames[i].find("Exposure")) frame.exposure = exposure->positive();
+        read_planes(frames[i], frame);
+        sequence.frames.push_back(std::move(frame));
+    }
+    sequence.frames.front().reset = true;
+    return sequence;
+}
+
+}  // namespace clarus::io

@@ -1,0 +1,164 @@
+#include "io/safetensors.h"
+
+#include <Imath/half.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <limits>
+
+#include "base/error.h"
+#include "io/file.h"
+#include "io/json_reader.h"
+
+namespace clarus::io {
+namespace {
+
+constexpr uint64_t longest_header = 100'000'000;
+constexpr int64_t most = std::numeric_limits<int64_t>::max();
+
+int64_t element_size(DataType type) {
+    switch (type) {
+        case DataType::f32:
+        case DataType::i32:
+            return 4;
+        case DataType::f16:
+            return 2;
+        case DataType::i8:
+            return 1;
+    }
+    fail(ErrorKind::invalid_argument, "no such data type: {}", static_cast<int>(type));
+}
+
+std::string shape_text(std::span<const int64_t> shape) {
+    std::vector<std::string> extents;
+    for (const int64_t extent : shape) extents.push_back(extent < 0 ? "any" : std::to_string(extent));
+    return fmt::format("[{}]", fmt::join(extents, ", "));
+}
+
+struct Placed {
+    int64_t begin, end;  // bytes in the body
+    const std::string* name;
+};
+
+Tensor read_entry(const std::string& name, const JsonNode& entry, std::span<const std::byte> body, Placed& placed,
+                  const std::filesystem::path& path) {
+    Tensor tensor;
+    tensor.name = name;
+    tensor.type = entry["dtype"].choice<DataType>(
+        {{"F32", DataType::f32}, {"F16", DataType::f16}, {"I8", DataType::i8}, {"I32", DataType::i32}});
+    int64_t size = element_size(tensor.type);
+    for (const JsonNode& extent : entry["shape"].items()) {
+        tensor.shape.push_back(extent.integer(0, most));
+        if (__builtin_mul_overflow(size, tensor.shape.back(), &size))
+            fail(ErrorKind::file, "{}: tensor {} has the shape {}, which is too large", path.string(), name,
+                 shape_text(tensor.shape));
+    }
+    const std::vector<JsonNode> offsets = entry["data_offsets"].items(2);
+    const auto body_size = static_cast<int64_t>(body.size());
+    placed.begin = offsets[0].integer(0, body_size);
+    placed.end = offsets[1].integer(placed.begin, body_size);
+    if (placed.end - placed.begin != size)
+        fail(ErrorKind::file, "{}: tensor {} of the shape {} takes {} bytes, but its data_offsets hold {}",
+             path.string(), name, shape_text(tensor.shape), size, placed.end - placed.begin);
+    tensor.bytes = body.subspan(placed.begin, size);
+    return tensor;
+}
+
+void check_that_tensors_tile(std::vector<Placed> tensors, int64_t body_size, const std::filesystem::path& path) {
+    std::sort(tensors.begin(), tensors.end(),
+              [](const Placed& a, const Placed& b) { return std::pair(a.begin, a.end) < std::pair(b.begin, b.end); });
+    int64_t end = 0;
+    for (size_t i = 0; i < tensors.size(); ++i) {
+        if (tensors[i].begin < end)
+            fail(ErrorKind::file, "{}: tensors {} and {} overlap", path.string(), *tensors[i - 1].name,
+                 *tensors[i].name);
+        if (tensors[i].begin > end)
+            fail(ErrorKind::file, "{}: {} bytes before tensor {} belong to none", path.string(), tensors[i].begin - end,
+                 *tensors[i].name);
+        end = tensors[i].end;
+    }
+    if (end != body_size)
+        fail(ErrorKind::file, "{}: {} bytes at the end belong to no tensor", path.string(), body_size - end);
+}
+
+}  // namespace
+
+int64_t Tensor::elements() const { return static_cast<int64_t>(bytes.size()) / element_size(type); }
+
+std::vector<float> Tensor::floats() const {
+    std::vector<float> values(elements());
+    if (type == DataType::f32) {
+        if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+    } else if (type == DataType::f16) {
+        for (size_t i = 0; i < values.size(); ++i) {
+            uint16_t bits;
+            std::memcpy(&bits, bytes.data() + 2 * i, 2);
+            values[i] = Imath::half(Imath::half::FromBits, bits);
+        }
+    } else {
+        fail(ErrorKind::file, "tensor {} holds whole numbers where floating-point numbers are needed", name);
+    }
+    return values;
+}
+
+Safetensors Safetensors::read(const std::filesystem::path& path) {
+    Safetensors file;
+    file.path_ = path;
+    file.data_ = std::make_shared<const std::string>(read_file(path));
+    const std::span<const std::byte> data = std::as_bytes(std::span(*file.data_));
+
+    uint64_t header_size = 0;
+    if (data.size() < sizeof header_size)
+        fail(ErrorKind::file, "{} is no safetensors file: it has only {} bytes", path.string(), data.size());
+    std::memcpy(&header_size, data.data(), sizeof header_size);  // little-endian, as are all hosts we run on
+    if (header_size > longest_header || header_size > data.size() - sizeof header_size)
+        fail(ErrorKind::file, "{} is no safetensors file or is cut short: its header claims {} bytes, the file has {}",
+             path.string(), header_size, data.size());
+    const std::span<const std::byte> body = data.subspan(sizeof header_size + header_size);
+
+    const nlohmann::json header =
+        parse_json(std::string_view(*file.data_).substr(sizeof header_size, header_size), path);
+    std::vector<Placed> placed;
+    for (const auto& [name, entry] : JsonNode(header, path).members()) {
+        if (name == "__metadata__") {
+            for (const auto& [key, value] : entry.members()) file.metadata_[key] = value.text();
+            continue;
+        }
+        placed.emplace_back();
+        const auto inserted = file.tensors_.emplace(name, read_entry(name, entry, body, placed.back(), path)).first;
+        placed.back().name = &inserted->first;
+    }
+    check_that_tensors_tile(std::move(placed), static_cast<int64_t>(body.size()), path);
+    return file;
+}
+
+const Tensor& Safetensors::require(const std::string& name, std::span<const int64_t> shape) const {
+    const auto found = tensors_.find(name);
+    if (found == tensors_.end())
+        fail(ErrorKind::file, "{} lacks the tensor {} of the shape {}", path_.string(), name, shape_text(shape));
+    const Tensor& tensor = found->second;
+    if (!std::ranges::equal(tensor.shape, shape, [](int64_t is, int64_t want) { return want < 0 || is == want; }))
+        fail(ErrorKind::file, "{}: tensor {} has the shape {} where {} is expected", path_.string(), name,
+             shape_text(tensor.shape), shape_text(shape));
+    return tensor;
+}
+
+const std::string& Safetensors::require_metadata(const std::string& key) const {
+    const auto found = metadata_.find(key);
+    if (found == metadata_.end()) fail(ErrorKind::file, "{} lacks the metadata \"{}\"", path_.string(), key);
+    return found->second;
+}
+
+int Safetensors::require_integer(const std::string& key, int low, int high) const {
+    const std::string& text = require_metadata(key);
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || value < low || value > high)
+        fail(ErrorKind::file, "{}: the metadata \"{}\" must be a whole number from {} to {}, not \"{}\"",
+             path_.string(), key, low, high, text);
+    return value;
+}
+
+}  // namespace clarus::io

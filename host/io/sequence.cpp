@@ -1,0 +1,44 @@
+#include "io/sequence.h"
+
+#include "base/error.h"
+#include "io/native.h"
+#include "io/nss.h"
+#include "io/qrisp.h"
+
+namespace clarus::io {
+namespace {
+
+Layout guess(const std::filesystem::path& path) {
+    if (path.filename() == "sequence.json" || exists(path / "sequence.json")) return Layout::native;
+    if (looks_like_qrisp(path)) return Layout::qrisp;
+    if (path.extension() == ".json" && is_directory(path.parent_path() / "ground_truth")) return Layout::nss;
+    if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
+    fail(ErrorKind::file,
+         "cannot tell the layout of the sequence {}: name it (native: a folder with sequence.json; qrisp: "
+         "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json)",
+         path.string());
+}
+
+}  // namespace
+
+MotionEncoding Sequence::motion_encoding() const {
+    const bool uv = motion.unit == MotionUnit::uv;
+    const float direction = motion.from_previous ? -1 : 1;
+    return {.scale = {direction * (uv ? render_size.width : 1),
+                      direction * (uv ? render_size.height : 1) * (motion.y_up ? -1 : 1)},
+            .jittered = motion.jittered,
+            .sampled_at_jitter = motion.sampled_at_jitter};
+}
+
+Sequence read_sequence(const std::filesystem::path& path, Layout layout, double nss_scale) {
+    switch (layout == Layout::guess ? guess(path) : layout) {
+        case Layout::qrisp:
+            return read_qrisp(path);
+        case Layout::nss:
+            return read_nss(path, nss_scale);
+        default:
+            return read_native(is_directory(path) ? path / "sequence.json" : path);
+    }
+}
+
+}  // namespace clarus::io
