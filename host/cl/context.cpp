@@ -30,7 +30,8 @@ bool has_property(const cl::CommandQueue& queue, cl_command_queue_properties pro
 // Empty where the driver has none to give.
 std::vector<unsigned char> binary_for(const cl::Program& program, const cl::Device& device) {
     const std::vector<cl::Device> devices = program.getInfo<CL_PROGRAM_DEVICES>();
-    const auto position = std::find_if(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device(); });
+    const auto position =
+        std::find_if(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device(); });
     if (position == devices.end()) return {};
     return program.getInfo<CL_PROGRAM_BINARIES>()[size_t(position - devices.begin())];
 }
@@ -121,8 +122,9 @@ cl::Program Context::compile(std::string_view name, const std::string& source, c
             fail_with_status(fmt::format("compile {} with the options '{}'", name, options), error.err());
         std::string build_log;
         program.getBuildInfo(device_, CL_PROGRAM_BUILD_LOG, &build_log);
-        fail(ErrorKind::build, "{} does not compile on {} (driver {}) with the options '{}': {}. The compiler says:\n{}",
-             name, profile_.name, profile_.driver_version, options, status_name(error.err()), build_log);
+        fail(ErrorKind::build,
+             "{} does not compile on {} (driver {}) with the options '{}': {}. The compiler says:\n{}", name,
+             profile_.name, profile_.driver_version, options, status_name(error.err()), build_log);
     }
     ++programs_compiled_;
     return program;

@@ -11,14 +11,14 @@
 namespace clarus::ocl {
 
 /// The XXH3-128 hash of everything that a cached thing depends on.
-using CacheKey = std::array<std::uint8_t, 16>;
+using CacheKey = std::array<unsigned char, 16>;
 
 /// Parts are kept apart: {"ab", "c"} and {"a", "bc"} have different keys.
 CacheKey cache_key(std::initializer_list<std::string_view> parts);
 
 /// Blobs in a folder, one file each, that several processes may share: an entry is written under a temporary name and
-/// renamed, and carries its key, length and hash, so that a damaged or foreign one reads as absent. Nothing here throws:
-/// a folder that cannot be written to costs one warning, and nothing is kept.
+/// renamed, and carries its key, length and hash, so that a damaged or foreign one reads as absent. Nothing here throws
+/// for what the disk does: a folder that cannot be written to costs one warning, and nothing is kept.
 class DiskCache {
   public:
     explicit DiskCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -32,5 +32,8 @@ class DiskCache {
   private:
     std::filesystem::path folder_;
 };
+
+/// The folder of compiled programs and of what was found out about devices: cache_directory()/programs.
+std::filesystem::path programs_directory();
 
 }  // namespace clarus::ocl

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cl/opencl.h"
+#include "clarus/device.h"
+
+namespace clarus::ocl {
+
+/// A device and its place: platforms are counted with those that have no device, as `clinfo -l` does.
+struct PlacedDevice {
+    int platform_index = 0;
+    int device_index = 0;
+    cl::Device device;
+
+    std::string selector() const;
+};
+
+/// Every device that is available and has a compiler, in the order of their places. A platform older than OpenCL 1.2 or
+/// that answers with an error is passed over. Errors: no_device where the loader finds no platform.
+std::vector<PlacedDevice> placed_devices();
+
+DeviceClass device_class(const cl::Device& device);
+
+/// "gpu", "cpu" or "dsp".
+std::string_view class_name(DeviceClass device_class);
+
+}  // namespace clarus::ocl

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "cl/opencl.h"
+
+namespace clarus::ocl {
+
+/// What a device can do, found by compiling and running small kernels: drivers report less than they can do, and more.
+struct Abilities {
+    bool half_storage = false;
+    bool half_arithmetic = false;
+    bool fast_fma = false;
+};
+
+/// From the disk cache where it was probed before. A device that fails a probe lacks the ability; nothing throws.
+Abilities probe(const cl::Device& device);
+
+}  // namespace clarus::ocl
