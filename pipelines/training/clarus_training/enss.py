@@ -171,5 +171,5 @@ def starting_kernels(scale, features, jitter, noise):
                     weight = max(0.0, 1 - abs(u - (kx - 1))) * max(0.0, 1 - abs(v - (ky - 1)))
                     for c in range(3):
                         kernels["last.weight"][(1 + c) * squared + dy * scale + dx, c, ky, kx] += weight
-            kernels["last.bias"][dy * scale + dx] = 1 - 4 * scale * math.hypot(u, v)
+            kernels["last.bias"][dy * scale + dx] = 1 - 2 * scale * math.hypot(u, v)
     return join_kernels(kernels)

@@ -1,0 +1,130 @@
+"""Sequences in the native layout, decoded once into arrays that training cuts clips from."""
+
+import json
+import os
+import shutil
+
+import numpy as np
+import OpenImageIO as oiio
+import torch
+
+from . import operators
+
+
+class Sequence:
+    """A sequence's frames as memory-mapped arrays, canonical as the specification's conventions have it.
+
+    `color` [T, h, w, 3] and `reference` [T, H, W, 3] are display-encoded: uint8 where the images are, else float16 in
+    [0, 1]. `depth` [T, h, w] is 0 nearest; `motion` [T, h, w, 2] is in render pixels to the previous frame, NaN where
+    invalid. `jitter` is a list of (jx, jy), `reset` a list of flags.
+    """
+
+    def __init__(self, directory):
+        self.directory = directory
+        path = os.path.join(directory, "sequence.json")
+        with open(path) as file:
+            self.facts = json.load(file)
+        self.scale = self.facts["scale"]
+        self.frames = self.facts["frames"]
+        self.jitter = [tuple(frame["jitter"]) for frame in self.frames]
+        self.reset = [t == 0 or frame.get("reset", False) for t, frame in enumerate(self.frames)]
+        names = ["color", "depth", "motion"] + ["reference"] * ("reference" in self.frames[0])
+        cache = os.path.join(directory, f".arrays-{os.stat(path).st_mtime_ns}")
+        if not os.path.isdir(cache):
+            temporary = f"{cache}.{os.getpid()}.part"
+            os.mkdir(temporary)
+            for name in names:
+                np.save(os.path.join(temporary, f"{name}.npy"), getattr(self, f"_decode_{name}")())
+            try:
+                os.rename(temporary, cache)
+            except OSError:  # another process was faster
+                shutil.rmtree(temporary)
+        for name in names:
+            setattr(self, name, np.load(os.path.join(cache, f"{name}.npy"), mmap_mode="r"))
+
+    def __len__(self):
+        return len(self.frames)
+
+    def _image(self, frame, name):
+        """The pixels [h, w, c]: uint8 as stored, anything else as float32."""
+        path = os.path.join(self.directory, frame[name])
+        specification = oiio.ImageSpec()
+        specification.attribute("oiio:UnassociatedAlpha", 1)
+        image = oiio.ImageInput.open(path, specification)
+        if image is None:
+            raise OSError(f"{path}: {oiio.geterror()}")
+        pixels = image.read_image("uint8" if str(image.spec().format) == "uint8" else "float")
+        image.close()
+        return pixels
+
+    def _display(self, frame, name):
+        pixels = self._image(frame, name)[:, :, :3]
+        if pixels.dtype == np.uint8:
+            return pixels
+        if self.facts["color_space"] == "srgb":
+            return np.clip(np.nan_to_num(pixels, nan=0.0), 0, 1).astype(np.float16)
+        linear = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=65504.0), 0, None) * frame.get("exposure", 1.0)
+        tone_mapped = linear / (1 + linear.max(axis=2, keepdims=True))
+        curve = 1.055 * np.maximum(tone_mapped, 0.0031308) ** (1 / 2.4) - 0.055
+        return np.where(tone_mapped < 0.0031308, 12.92 * tone_mapped, curve).astype(np.float16)
+
+    def _decode_color(self):
+        return np.stack([self._display(frame, "color") for frame in self.frames])
+
+    def _decode_reference(self):
+        return np.stack([self._display(frame, "reference") for frame in self.frames])
+
+    def _decode_depth(self):
+        facts = self.facts.get("depth", {})
+        reversed_depth, near, far = facts.get("reversed", False), facts.get("near"), facts.get("far")
+
+        def canonical(stored):
+            v = stored.astype(np.float64)
+            if facts.get("encoding", "linear") == "linear":
+                return 1 - v if reversed_depth else v
+            v = np.clip(v, 0, 1)
+            with np.errstate(divide="ignore"):
+                if far is None:
+                    return near / (v if reversed_depth else 1 - v) / (1e4 * near)
+                return near / (near + v * (far - near) if reversed_depth else far - v * (far - near))
+
+        stored = [self._image(frame, "depth")[:, :, 0] for frame in self.frames]
+        canonical_depth = [np.clip(np.nan_to_num(canonical(v), nan=1.0), 0, 1) for v in stored]
+        return np.stack(canonical_depth).astype(np.float32)
+
+    def _decode_motion(self):
+        facts = self.facts.get("motion", {})
+        frames = []
+        for t, frame in enumerate(self.frames):
+            motion = self._image(frame, "motion")[:, :, :2].astype(np.float32)
+            if facts.get("unit", "pixels") == "uv":
+                motion = motion * np.float32(self.facts["render_size"])
+            if facts.get("direction", "to_previous") == "from_previous":
+                motion = -motion
+            if facts.get("y", "down") == "up":
+                motion = motion * np.float32([1, -1])
+            motion = operators.mark_invalid(torch.from_numpy(motion).permute(2, 0, 1)[None])[0].permute(1, 2, 0).numpy()
+            if facts.get("jittered", False) and not self.reset[t]:
+                motion = motion + np.float32(self.jitter[t - 1]) - np.float32(self.jitter[t])
+            frames.append(motion)
+        return np.stack(frames)
+
+
+def find(directories):
+    """All sequences at or below the directories."""
+    found = []
+    for directory in directories:
+        for folder, folders, files in os.walk(directory):
+            folders.sort()
+            if "sequence.json" in files:
+                found.append(Sequence(folder))
+    if not found:
+        raise SystemExit(f"no sequence.json in {', '.join(directories)}")
+    return found
+
+
+def to_images(array, device="cpu"):
+    """Frames [..., h, w, c] as float images [..., c, h, w]; uint8 becomes [0, 1]."""
+    images = torch.from_numpy(np.array(array)).to(device)
+    images = images.float() / 255 if images.dtype == torch.uint8 else images.float()
+    return images.movedim(-1, -3)

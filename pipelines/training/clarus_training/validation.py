@@ -1,0 +1,56 @@
+"""The twin's PSNR on whole sequences, beside bicubic: python3 -m clarus_training.validation MODEL SEQUENCE..."""
+
+import argparse
+
+import torch
+
+from . import operators
+from .export import load_model
+from .sequence import find, to_images
+
+
+def psnr(image, reference):
+    """10·log₁₀(1/MSE) over all pixels and channels, capped at 100 dB."""
+    error = (image.double() - reference.double()).square().mean().clamp(min=1e-10)
+    return -10 * torch.log10(error).item()
+
+
+def rounded(image):
+    """As an 8-bit file would hold it."""
+    return (image * 255).round() / 255
+
+
+def run(network, sequence, frames=None, device="cpu"):
+    """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them."""
+    figures, state = [], None
+    with torch.no_grad():
+        for t in range(min(len(sequence), frames or len(sequence))):
+            color, depth, motion, reference = (
+                to_images(array[t : t + 1], device)
+                for array in (sequence.color, sequence.depth[..., None], sequence.motion, sequence.reference)
+            )
+            state = network.step(color, depth, motion, sequence.jitter[t], None if sequence.reset[t] else state)
+            bicubic = operators.keys_upsample(color, sequence.scale, sequence.jitter[t])
+            figures.append((psnr(rounded(state[0]), reference), psnr(rounded(bicubic), reference)))
+    return figures
+
+
+def main():
+    parser = argparse.ArgumentParser(description="PSNR of a model and of bicubic, computed in PyTorch.")
+    parser.add_argument("model")
+    parser.add_argument("sequences", nargs="+")
+    parser.add_argument("--frames", type=int, help="only so many frames of each sequence")
+    parser.add_argument("--per-frame", action="store_true")
+    arguments = parser.parse_args()
+    network = load_model(arguments.model)
+    for sequence in find(arguments.sequences):
+        figures = run(network, sequence, arguments.frames)
+        if arguments.per_frame:
+            for t, (ours, bicubic) in enumerate(figures):
+                print(f"  {t:4}  {ours:6.2f}  {bicubic:6.2f}  {ours - bicubic:+.2f}")
+        ours, bicubic = (sum(column) / len(column) for column in zip(*figures))
+        print(f"{sequence.directory}: {ours:.2f} dB, bicubic {bicubic:.2f} dB, {ours - bicubic:+.2f} dB")
+
+
+if __name__ == "__main__":
+    main()
