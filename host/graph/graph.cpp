@@ -130,24 +130,17 @@ Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
 }
 
-Cost cost(const Graph& graph, const Node& node) {
-    Cost result;
-    const double pixels = static_cast<double>(node.shape.height) * node.shape.width;
+double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
-    result.elements = elements;
-    for (const Value input : node.inputs) result.elements += static_cast<double>(graph.shape(input).elements());
-
-    if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
-        const Parameters& weights = graph.parameters[convolution->parameters];
-        result.operations = 2.0 * 9 * weights.in_channels * weights.out_channels * pixels;
-    } else if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op)) {
-        result.operations = 7 * elements;  // four products, three sums
-    } else if (const auto* resample = std::get_if<Resample>(&node.op)) {
-        result.operations = (resample->filter == Filter::bicubic ? 31 : 7) * elements;
-    } else if (const auto* pointwise = std::get_if<Pointwise>(&node.op)) {
-        result.operations = 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
-    }
-    return result;
+    if (const auto* convolution = std::get_if<Convolution>(&node.op))
+        return 2.0 * 9 * graph.parameters[convolution->parameters].in_channels * elements;
+    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op))
+        return 7 * elements;  // four products, three sums
+    if (const auto* resample = std::get_if<Resample>(&node.op))
+        return (resample->filter == Filter::bicubic ? 31 : 7) * elements;
+    if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
+        return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
+    return 0;
 }
 
 }  // namespace clarus::graph

@@ -98,11 +98,7 @@ class Graph {
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 
-/// Operations (multiply and add are two) and elements moved (each input and the result once) by a node's definition.
-struct Cost {
-    double operations = 0;
-    double elements = 0;
-};
-Cost cost(const Graph& graph, const Node& node);
+/// Floating-point operations (multiply and add are two) of a node's plain definition.
+double operations(const Graph& graph, const Node& node);
 
 }  // namespace clarus::graph

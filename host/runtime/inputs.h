@@ -14,10 +14,13 @@ struct IngestProblem {
 };
 
 /// One kernel that reads the caller's images and writes colour, depth, motion and the jitter's planes in their
-/// canonical form (conventions.md), counting invalid motion vectors.
+/// canonical form (conventions.md), counting invalid motion vectors. Its arguments of kind `input` are what it writes:
+/// 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y. The caller's images begin, and their rows follow, at multiples
+/// of their elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
-/// The kernel that writes the caller's output from the pipeline's: display-encoded, or linear HDR again.
+/// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR
+/// again.
 KernelCall present(const TensorLayout& output, const UpscalerOptions& options);
 
 }  // namespace clarus::runtime

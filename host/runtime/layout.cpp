@@ -166,6 +166,11 @@ Graph with_copy(const Graph& graph, const Conflict& conflict) {
 
 }  // namespace
 
+size_t memory_bytes(const TensorLayout& layout) {
+    const size_t rows = (layout.height + layout.block - 1) / layout.block;
+    return (rows * layout.row() + kSlack) * bytes_of(layout.storage);
+}
+
 std::string layout_options(const std::string& name, const TensorLayout& layout) {
     return fmt::format(
         "-D{0}_WIDTH={1} -D{0}_HEIGHT={2} -D{0}_CHANNELS={3} -D{0}_BLOCK={4} -D{0}_STRIDE={5} -D{0}_ROW={6} "

@@ -25,6 +25,9 @@ struct TensorLayout {
     friend bool operator==(const TensorLayout&, const TensorLayout&) = default;
 };
 
+/// Bytes of the memory that a layout which is not a part of another's needs, slack for vector loads included.
+size_t memory_bytes(const TensorLayout& layout);
+
 /// "-DIN_WIDTH=… -DIN_HEIGHT=… -DIN_BLOCK=… -DIN_STRIDE=… -DIN_ROW=… -DIN_OFFSET=… -DIN_CHANNELS=…" for name "IN".
 std::string layout_options(const std::string& name, const TensorLayout& layout);
 

@@ -1,0 +1,268 @@
+#include "runtime/executor.h"
+
+#include <CL/cl_half.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "cl/error.h"
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Resource;
+using graph::Value;
+
+size_t bytes_of(const ImageFormat& format) {
+    const size_t element = format.type == ElementType::u8 ? 1 : format.type == ElementType::f16 ? 2 : 4;
+    return element * format.channels;
+}
+
+const ImageFormat& format_of(Resource resource, const UpscalerOptions& options) {
+    switch (resource) {
+        case Resource::color:
+            return options.color_format;
+        case Resource::depth:
+            return options.depth_format;
+        case Resource::motion:
+            break;
+    }
+    return options.motion_format;
+}
+
+size_t tight_pitch(Size size, const ImageFormat& format) { return size.width * bytes_of(format); }
+size_t tight_bytes(Size size, const ImageFormat& format) { return size.height * tight_pitch(size, format); }
+
+cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
+    return {{static_cast<cl_uint>(offset), static_cast<cl_uint>(pitch)}};
+}
+
+/// The parts of the ingest problem in the order of its arguments (inputs.h).
+std::array<const std::optional<TensorLayout>*, 5> destinations(const IngestProblem& problem) {
+    return {&problem.color, &problem.depth, &problem.motion, &problem.jitter_x, &problem.jitter_y};
+}
+
+float element_at(const std::vector<std::byte>& bytes, size_t index, Storage storage) {
+    if (storage == Storage::f16) return cl_half_to_float(reinterpret_cast<const cl_half*>(bytes.data())[index]);
+    return reinterpret_cast<const float*>(bytes.data())[index];
+}
+
+}  // namespace
+
+Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOptions& options,
+                   const std::function<void(double)>& progress)
+    : context_(context),
+      plan_(plan),
+      options_(options),
+      weights_(context, plan.layout.graph, plan.convolutions()),
+      profiler_(options.profile && context.queue_has_profiling()) {
+    allocate();
+    const double steps = static_cast<double>(plan.stages.size()) + 2;
+    const auto report = [&] {
+        if (progress) progress(static_cast<double>(stages_.size()) / steps);
+    };
+
+    const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
+    Stage& ingest_stage = add_stage(ingest(plan.ingest), "ingest", "ingest", 0, ingest_bytes());
+    for (const auto* destination : destinations(plan.ingest))
+        ingest_stage.input_memories.push_back(*destination ? (*destination)->memory : -1);
+    report();
+    for (const PlannedStage& planned : plan.stages) {
+        Stage& stage = add_stage(planned.lowered.call, planned.problem.node.name, planned.selection.describe(),
+                                 planned.operations, planned.bytes);
+        for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
+        stage.output_memory = planned.problem.output.memory;
+        if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
+            stage.parameters = convolution->parameters;
+        report();
+    }
+    const double written = static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
+    const double read =
+        static_cast<double>(output.width) * output.height * output.channels * runtime::bytes_of(output.storage);
+    add_stage(present(output, options), "present", "present", 0, read + written).input_memories = {output.memory};
+    upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
+    read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
+    report();
+}
+
+void Executor::allocate() {
+    ocl::checked("allocate " + std::to_string((plan_.memory.bytes >> 20) + 1) + " MiB for intermediates", [&] {
+        arena_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, plan_.memory.bytes);
+        context_.queue().enqueueFillBuffer(arena_, cl_uint(0), 0, plan_.memory.bytes / 4 * 4);
+        for (const MemoryPlan::Place& place : plan_.memory.places) {
+            const cl_buffer_region region{place.offset, place.bytes};
+            memories_.push_back(arena_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region));
+        }
+        counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint));
+        context_.queue().finish();
+    });
+    partners_.resize(memories_.size());
+    for (int memory = 0; memory < static_cast<int>(memories_.size()); ++memory) partners_[memory] = memory;
+    for (size_t state = 0; state < plan_.layout.graph.states.size(); ++state) {
+        if (!plan_.memory.alternates[state]) continue;
+        const int previous = plan_.layout.layouts[plan_.layout.graph.states[state].previous].memory;
+        const int next = plan_.layout.layouts[plan_.layout.graph.states[state].next].memory;
+        std::swap(partners_[previous], partners_[next]);
+    }
+}
+
+Executor::Stage& Executor::add_stage(KernelCall call, std::string name, std::string kernel, double operations,
+                                     double bytes) {
+    const int profile = profiler_.add_stage(std::move(name), std::move(kernel), operations, bytes);
+    stages_.push_back({Launch(context_, std::move(call)), {}, {}, -1, -1, profile});
+    return stages_.back();
+}
+
+double Executor::ingest_bytes() const {
+    double bytes = 0;
+    for (const auto* destination : destinations(plan_.ingest)) {
+        if (!*destination) continue;
+        const TensorLayout& layout = **destination;
+        bytes +=
+            static_cast<double>(layout.width) * layout.height * layout.channels * runtime::bytes_of(layout.storage);
+    }
+    const auto read = [&](const std::optional<TensorLayout>& layout, Resource resource) {
+        if (layout)
+            bytes += static_cast<double>(tight_bytes({layout->width, layout->height}, format_of(resource, options_)));
+    };
+    read(plan_.ingest.color, Resource::color);
+    read(plan_.ingest.depth, Resource::depth);
+    read(plan_.ingest.motion, Resource::motion);
+    return bytes;
+}
+
+const cl::Buffer& Executor::memory(int index) const { return memories_[odd_frame_ ? partners_[index] : index]; }
+
+std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants) {
+    const std::shared_ptr<FrameResult> result = free_result();
+    const cl::CommandQueue& queue = context_.queue();
+    odd_frame_ = !odd_frame_;
+
+    ocl::checked("submit a frame", [&] {
+        if (!frame.wait_for.empty()) {
+            const cl_int status = clEnqueueBarrierWithWaitList(queue(), static_cast<cl_uint>(frame.wait_for.size()),
+                                                               frame.wait_for.data(), nullptr);
+            if (status != CL_SUCCESS) throw cl::Error(status);
+        }
+        weights_.select({constants.jitter_x, constants.jitter_y});
+        queue.enqueueFillBuffer(counter_, cl_uint(0), 0, sizeof(cl_uint));
+
+        Bindings& ingest = stages_.front().bindings;
+        ingest.counter = counter_;
+        bind_input(Resource::color, frame.color, plan_.ingest.color);
+        bind_input(Resource::depth, frame.depth, plan_.ingest.depth);
+        bind_input(Resource::motion, frame.motion, plan_.ingest.motion);
+        const bool host_output = bind_target(frame.output);
+        for (Stage& stage : stages_) run(stage, constants);
+        if (host_output) read_back(frame.output);
+        queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result->invalid_motion_vectors);
+        queue.enqueueMarkerWithWaitList(nullptr, &result->done);
+        queue.flush();
+    });
+    return result;
+}
+
+void Executor::bind_input(Resource resource, const Image& image, const std::optional<TensorLayout>& layout) {
+    if (!layout) return;
+    const Size size{layout->width, layout->height};
+    const ImageFormat& format = format_of(resource, options_);
+    const size_t tight = tight_pitch(size, format);
+    const size_t pitch = image.row_pitch ? image.row_pitch : tight;
+    const int index = static_cast<int>(resource);
+    Bindings& ingest = stages_.front().bindings;
+    if (image.buffer) {
+        ingest.resources[index] = cl::Buffer(image.buffer, true);
+        ingest.resource_offsets[index] = offset_and_pitch(image.offset, pitch);
+        return;
+    }
+    cl::Buffer& staging = staging_[index];
+    if (!staging()) staging = cl::Buffer(context_.context(), CL_MEM_READ_ONLY, tight_bytes(size, format));
+    const size_t rows = size.height;
+    context_.queue().enqueueWriteBufferRect(staging, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0, pitch,
+                                            0, image.host, nullptr, profiler_.event(upload_stage_));
+    ingest.resources[index] = staging;
+    ingest.resource_offsets[index] = offset_and_pitch(0, tight);
+}
+
+bool Executor::bind_target(const Image& image) {
+    const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
+    const Size size{output.width, output.height};
+    const size_t tight = tight_pitch(size, options_.output_format);
+    Bindings& present = stages_.back().bindings;
+    if (image.buffer) {
+        present.target = cl::Buffer(image.buffer, true);
+        present.target_offset = offset_and_pitch(image.offset, image.row_pitch ? image.row_pitch : tight);
+        return false;
+    }
+    if (!staging_output_())
+        staging_output_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, tight_bytes(size, options_.output_format));
+    present.target = staging_output_;
+    present.target_offset = offset_and_pitch(0, tight);
+    return true;
+}
+
+void Executor::run(Stage& stage, const FrameConstants& constants) {
+    Bindings& bindings = stage.bindings;
+    bindings.frame = constants;
+    bindings.inputs.resize(stage.input_memories.size());
+    for (size_t input = 0; input < stage.input_memories.size(); ++input)
+        if (stage.input_memories[input] >= 0) bindings.inputs[input] = memory(stage.input_memories[input]);
+    if (stage.output_memory >= 0) bindings.output = memory(stage.output_memory);
+    if (stage.parameters >= 0) {
+        bindings.packed_weights = weights_.packed(stage.parameters);
+        bindings.packed_offset = weights_.offset(stage.parameters);
+    }
+    stage.launch.bind(bindings);
+    stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile));
+}
+
+void Executor::read_back(const Image& image) {
+    const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
+    const size_t tight = tight_pitch({output.width, output.height}, options_.output_format);
+    const size_t rows = output.height;
+    context_.queue().enqueueReadBufferRect(staging_output_, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
+                                           image.row_pitch ? image.row_pitch : tight, 0, image.host, nullptr,
+                                           profiler_.event(read_back_stage_));
+}
+
+std::shared_ptr<FrameResult> Executor::free_result() {
+    for (const auto& result : results_) {
+        if (result.use_count() > 1) continue;
+        // Its frame may still be on its way, and then it is going to write to it.
+        if (result->done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() == CL_COMPLETE) return result;
+    }
+    results_.push_back(std::make_shared<FrameResult>());
+    return results_.back();
+}
+
+std::vector<float> Executor::read(Value value) const {
+    const TensorLayout& layout = plan_.layout.layouts[value];
+    std::vector<std::byte> bytes(plan_.memory.places[layout.memory].bytes);
+    ocl::checked("read a view", [&] {
+        context_.queue().enqueueReadBuffer(memory(layout.memory), CL_TRUE, 0, bytes.size(), bytes.data());
+    });
+    std::vector<float> pixels;
+    pixels.reserve(static_cast<size_t>(layout.width) * layout.height * layout.channels);
+    const int block = layout.block;
+    for (int y = 0; y < layout.height; ++y)
+        for (int x = 0; x < layout.width; ++x)
+            for (int channel = 0; channel < layout.channels; ++channel) {
+                const size_t cell =
+                    static_cast<size_t>(y / block) * layout.row() + static_cast<size_t>(x / block) * layout.stride;
+                const size_t within = layout.offset + channel * block * block + y % block * block + x % block;
+                pixels.push_back(element_at(bytes, cell + within, layout.storage));
+            }
+    return pixels;
+}
+
+size_t Executor::staging_bytes(const Plan& plan, const UpscalerOptions& options) {
+    const auto bytes = [](const std::optional<TensorLayout>& layout, const ImageFormat& format) {
+        return layout ? tight_bytes({layout->width, layout->height}, format) : 0;
+    };
+    const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
+    return bytes(plan.ingest.color, options.color_format) + bytes(plan.ingest.depth, options.depth_format) +
+           bytes(plan.ingest.motion, options.motion_format) +
+           tight_bytes({output.width, output.height}, options.output_format) + sizeof(cl_uint);
+}
+
+}  // namespace clarus::runtime

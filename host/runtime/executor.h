@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cl/context.h"
+#include "clarus/upscaler.h"
+#include "runtime/launch.h"
+#include "runtime/plan.h"
+#include "runtime/profiler.h"
+#include "runtime/weights.h"
+
+namespace clarus::runtime {
+
+/// What a frame leaves behind: filled in when `done` completes.
+struct FrameResult {
+    cl::Event done;
+    cl_uint invalid_motion_vectors = 0;
+};
+
+/// Runs a plan on its device, frame after frame. The constructor compiles, allocates and uploads; a frame only
+/// enqueues.
+class Executor {
+  public:
+    /// `plan` and `options` outlive the executor. `progress` is called with 0…1 while kernels are compiled.
+    Executor(ocl::Context& context, const Plan& plan, const UpscalerOptions& options,
+             const std::function<void(double)>& progress);
+
+    /// Enqueues one frame, whose description has been checked.
+    std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
+
+    /// A value of the last frame as interleaved floats. Waits. For values that are live at the frame's end.
+    std::vector<float> read(graph::Value value) const;
+
+    double largest_jitter_distance() const { return weights_.largest_jitter_distance(); }
+    Profiler& profiler() { return profiler_; }
+
+    /// Bytes that copies of host images take on the device, were all images in host memory.
+    static size_t staging_bytes(const Plan& plan, const UpscalerOptions& options);
+
+  private:
+    struct Stage {
+        Launch launch;
+        Bindings bindings;
+        std::vector<int> input_memories;  // −1 where there is none
+        int output_memory = -1;
+        int parameters = -1;
+        int profile = -1;
+    };
+
+    void allocate();
+    Stage& add_stage(KernelCall call, std::string name, std::string kernel, double operations, double bytes);
+    double ingest_bytes() const;
+    const cl::Buffer& memory(int index) const;
+    void bind_input(graph::Resource resource, const Image& image, const std::optional<TensorLayout>& layout);
+    bool bind_target(const Image& image);  // whether the output must be read back
+    void run(Stage& stage, const FrameConstants& constants);
+    void read_back(const Image& image);
+    std::shared_ptr<FrameResult> free_result();
+
+    ocl::Context& context_;
+    const Plan& plan_;
+    const UpscalerOptions& options_;
+    Weights weights_;
+    Profiler profiler_;
+    cl::Buffer arena_;
+    std::vector<cl::Buffer> memories_;  // parts of the arena
+    std::vector<int> partners_;         // the memory that stands in for each in odd frames: alternating states
+    bool odd_frame_ = false;
+    std::vector<Stage> stages_;          // ingest, the plan's, present
+    std::array<cl::Buffer, 3> staging_;  // of host inputs, by resource; made when first needed
+    cl::Buffer staging_output_;
+    cl::Buffer counter_;  // invalid motion vectors of the frame
+    int upload_stage_ = -1, read_back_stage_ = -1;
+    std::vector<std::shared_ptr<FrameResult>> results_;
+};
+
+}  // namespace clarus::runtime

@@ -1,0 +1,45 @@
+#include "runtime/implementations/lowering.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+namespace clarus::runtime {
+
+std::string image_options(std::initializer_list<NamedLayout> images) {
+    std::string options;
+    const Storage storage = images.begin()->layout.storage;
+    for (const NamedLayout& image : images) {
+        if (image.layout.storage != storage) throw std::logic_error("a kernel's images have one storage");
+        options += layout_options(std::string(image.name), image.layout) + " ";
+    }
+    return options + (storage == Storage::f16 ? "-DSTORE_HALF" : "");
+}
+
+std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile) {
+    const auto group = [](int x, int y) { return Choices{{"WG_X", x}, {"WG_Y", y}}; };
+    // A CPU runs a group as a loop along the row in one thread.
+    if (profile.device_class != DeviceClass::gpu) return {group(64, 1), group(16, 1), group(16, 8)};
+    return {group(16, 8), group(32, 4), group(64, 1)};
+}
+
+std::array<size_t, 2> group_size(const Choices& choices) {
+    return {static_cast<size_t>(choices.at("WG_X")), static_cast<size_t>(choices.at("WG_Y"))};
+}
+
+std::array<size_t, 2> pixels(const TensorLayout& layout) {
+    return {static_cast<size_t>(layout.width), static_cast<size_t>(layout.height)};
+}
+
+std::string_view opencl_type(ElementType type) {
+    switch (type) {
+        case ElementType::u8: return "uchar";
+        case ElementType::f16: return "half";
+        case ElementType::f32: return "float";
+    }
+    throw std::logic_error("unknown element type");
+}
+
+int obvious(const Problem&, const DeviceProfile&) { return 1; }
+
+}  // namespace clarus::runtime

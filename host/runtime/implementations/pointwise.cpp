@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "runtime/implementations/lowering.h"
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Step;
+
+// 1 / (1 + e^-a), with an error below 1e-6 and never NaN: a NaN counts as -∞. The sum with 1.5 · 2²³ rounds to the nearest
+// integer, which is then in its low bits.
+constexpr std::string_view kSigmoid = R"(
+inline {real} sigmoid_{width}({real} a) {{
+    a = (-87.0f < a) ? a : ({real})(-87.0f);
+    a = (a < 87.0f) ? a : ({real})(87.0f);
+    const {real} power = a * -1.44269504f;
+    const {real} rounded = power + 12582912.0f;
+    const {real} f = power - (rounded - 12582912.0f);
+    {real} e = MAD(({real})(1.53533e-4f), f, ({real})(1.339887e-3f));
+    e = MAD(e, f, ({real})(9.618437e-3f));
+    e = MAD(e, f, ({real})(5.550332e-2f));
+    e = MAD(e, f, ({real})(0.2402265f));
+    e = MAD(e, f, ({real})(0.6931472f));
+    e = MAD(e, f, ({real})(1.0f));
+    e = as_{real}(as_{bits}(e) + (as_{bits}(rounded) << 23));
+    return 1.0f / (1.0f + e);
+}}
+)";
+
+std::string vector_type(std::string_view scalar, int width) {
+    return width == 1 ? std::string(scalar) : fmt::format("{}{}", scalar, width);
+}
+
+/// `count` elements as runs of OpenCL's vector widths.
+struct Run {
+    int first, width;
+};
+std::vector<Run> runs(int count) {
+    std::vector<Run> result;
+    int first = 0;
+    for (const int width : {16, 8, 4, 2, 1})
+        for (; first + width <= count; first += width) result.push_back({first, width});
+    return result;
+}
+
+/// An operand or the result in a kernel whose work-items handle cells of cell × cell pixels.
+class Access {
+  public:
+    Access(const TensorLayout& layout, std::string pointer, int cell)
+        : layout_(layout), pointer_(std::move(pointer)), cell_(cell) {}
+
+    int channels() const { return layout_.channels; }
+    std::string parameter(std::string_view qualifier) const {
+        return fmt::format("global {}{}* {}", qualifier, half() ? "half" : "float", pointer_);
+    }
+
+    /// Moves the pointer to the work-item's cell.
+    std::string move() const {
+        const std::string place =
+            layout_.block == cell_
+                ? fmt::format("y * {} + x * {} + {}", layout_.row(), layout_.stride, layout_.offset)
+                : fmt::format("AT_(x * {0}, y * {0}, 0, {1}, {2}, {3}, {4})", cell_, layout_.block, layout_.stride,
+                              layout_.row(), layout_.offset);
+        return fmt::format("    {} += {};\n", pointer_, place);
+    }
+
+    /// Channel c of some of the cell's pixels, which are counted along its rows.
+    std::string load(int c, Run pixels) const {
+        if (contiguous_pixels()) return load_elements(element(pixels.first, c), pixels.width);
+        std::string elements;
+        for (int i = 0; i < pixels.width; ++i)
+            elements += (i ? ", " : "") + load_elements(element(pixels.first + i, c), 1);
+        return fmt::format("({})({})", vector_type("float", pixels.width), elements);
+    }
+
+    /// Stores values[c], of these pixels, to every channel c.
+    std::string store(const std::vector<std::string>& values, Run pixels) const {
+        std::string code;
+        if (contiguous_pixels()) {
+            for (int c = 0; c < channels(); ++c)
+                code += store_elements(values[c], element(pixels.first, c), pixels.width);
+            return code;
+        }
+        for (int i = 0; i < pixels.width; ++i) {
+            for (const Run run : runs(channels())) {
+                std::string elements;
+                for (int c = run.first; c < run.first + run.width; ++c)
+                    elements += (c > run.first ? ", " : "") + values[c] +
+                                (pixels.width > 1 ? fmt::format(".s{:x}", i) : "");
+                code += store_elements(fmt::format("({})({})", vector_type("float", run.width), elements),
+                                       element(pixels.first + i, run.first), run.width);
+            }
+        }
+        return code;
+    }
+
+  private:
+    bool half() const { return layout_.storage == Storage::f16; }
+    bool contiguous_pixels() const { return layout_.block == cell_ && cell_ > 1; }
+
+    int element(int pixel, int c) const {
+        if (layout_.block == cell_) return c * cell_ * cell_ + pixel;
+        // Either the cell is one pixel, or the layout has blocks of one pixel.
+        return pixel / cell_ * layout_.row() + pixel % cell_ * layout_.stride + c * layout_.block * layout_.block;
+    }
+
+    std::string load_elements(int first, int width) const {
+        if (half()) {
+            return width == 1 ? fmt::format("vload_half({}, {})", first, pointer_)
+                              : fmt::format("vload_half{}(0, {} + {})", width, pointer_, first);
+        }
+        return width == 1 ? fmt::format("{}[{}]", pointer_, first)
+                          : fmt::format("vload{}(0, {} + {})", width, pointer_, first);
+    }
+
+    std::string store_elements(const std::string& value, int first, int width) const {
+        if (width == 1) {
+            return half() ? fmt::format("    vstore_half({}, {}, {});\n", value, first, pointer_)
+                          : fmt::format("    {}[{}] = {};\n", pointer_, first, value);
+        }
+        return fmt::format("    vstore{}{}({}, 0, {} + {});\n", half() ? "_half" : "", width, value, pointer_, first);
+    }
+
+    TensorLayout layout_;
+    std::string pointer_;
+    int cell_;
+};
+
+std::string expression(const Step& step, const std::vector<std::string>& operands, int width) {
+    const std::string type = vector_type("float", width);
+    switch (step.function) {
+        case Step::Function::sigmoid: return fmt::format("sigmoid_{}({})", width, operands[0]);
+        case Step::Function::mix:
+            return fmt::format("MAD({2}, {0} - {1}, {1})", operands[0], operands[1], operands[2]);
+        case Step::Function::clamp:
+            // A NaN becomes the lower limit: it must not get into a state.
+            return fmt::format("({0} < {1:.9e}f) ? (({2:.9e}f < {0}) ? {0} : ({3})({2:.9e}f)) : ({3})({1:.9e}f)",
+                               operands[0], step.high, step.low, type);
+    }
+    throw std::logic_error("unknown pointwise function");
+}
+
+/// The program for some of a cell's pixels. Variable vN_C is channel C of operand N.
+std::string body(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output, Run pixels) {
+    const std::string type = vector_type("float", pixels.width);
+    std::string code = "    {\n";
+    std::vector<int> channels;
+    const auto variable = [&](int operand, int c) {
+        return fmt::format("v{}_{}", operand, channels[operand] == 1 ? 0 : c);
+    };
+    const auto define = [&](int operand, int c, const std::string& value) {
+        code += fmt::format("    const {} v{}_{} = {};\n", type, operand, c, value);
+    };
+    for (const Access& input : inputs) {
+        const int operand = static_cast<int>(channels.size());
+        channels.push_back(input.channels());
+        for (int c = 0; c < input.channels(); ++c) define(operand, c, input.load(c, pixels));
+    }
+    for (const Step& step : program.steps) {
+        const int operand = static_cast<int>(channels.size());
+        int count = 1;
+        for (const int from : step.operands) count = std::max(count, channels[from]);
+        for (int c = 0; c < count; ++c) {
+            std::vector<std::string> operands;
+            for (const int from : step.operands) operands.push_back(variable(from, c));
+            define(operand, c, expression(step, operands, pixels.width));
+        }
+        channels.push_back(count);
+    }
+    std::vector<std::string> results;
+    for (const int result : program.results)
+        for (int c = 0; c < channels[result]; ++c) results.push_back(variable(result, c));
+    return code + output.store(results, pixels) + "    }\n";
+}
+
+Lowered lower(const Problem& problem, const Choices& choices, int cell) {
+    const auto& program = std::get<graph::Pointwise>(problem.node.op);
+    KernelCall call;
+    call.file = call.entry = "pointwise";
+    call.global = {static_cast<size_t>(problem.output.width / cell), static_cast<size_t>(problem.output.height / cell)};
+    call.local = group_size(choices);
+
+    std::vector<Access> inputs;
+    std::string parameters, moves;
+    for (const TensorLayout& layout : problem.inputs) {
+        const int index = static_cast<int>(inputs.size());
+        inputs.emplace_back(layout, fmt::format("in{}", index), cell);
+        parameters += inputs.back().parameter("const ") + ", ";
+        moves += inputs.back().move();
+        call.arguments.push_back({ArgumentKind::input, index});
+    }
+    const Access output(problem.output, "out", cell);
+    call.arguments.push_back({ArgumentKind::output});
+
+    for (const int width : {1, 2, 4, 8, 16})
+        call.source += fmt::format(kSigmoid, fmt::arg("real", vector_type("float", width)),
+                                   fmt::arg("bits", vector_type("uint", width)), fmt::arg("width", width));
+    call.source += fmt::format(
+        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}) {{\n"
+        "    const int x = get_global_id(0), y = get_global_id(1);\n"
+        "    if (x >= {} || y >= {}) return;\n{}{}",
+        parameters, output.parameter(""), call.global[0], call.global[1], moves, output.move());
+    for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
+    call.source += "}\n";
+    return {std::move(call), std::nullopt};
+}
+
+/// The side of the blocks that some of the images are stored in; 1 where none is, 0 where they disagree.
+int common_block(const Problem& problem) {
+    int block = problem.output.block;
+    bool agree = true;
+    for (const TensorLayout& input : problem.inputs) {
+        agree = agree && (block == 1 || input.block == 1 || input.block == block);
+        block = std::max(block, input.block);
+    }
+    const bool whole = problem.output.width % block == 0 && problem.output.height % block == 0;
+    return agree && whole ? block : 0;
+}
+
+int prefer_cells(const Problem& problem, const DeviceProfile&) { return common_block(problem) > 1 ? 2 : 0; }
+
+Lowered lower_cells(const Problem& problem, const Choices& choices) {
+    return lower(problem, choices, common_block(problem));
+}
+
+Lowered lower_pixels(const Problem& problem, const Choices& choices) { return lower(problem, choices, 1); }
+
+}  // namespace
+
+std::span<const Implementation> pointwise_implementations() {
+    // The same program for one pixel, and for all pixels of a block at once, where a channel's are a vector.
+    static const Implementation implementations[] = {{"pointwise cells", prefer_cells, group_choices, lower_cells},
+                                                     {"pointwise", obvious, group_choices, lower_pixels}};
+    return implementations;
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,28 @@
+#include "runtime/implementation.h"
+
+namespace clarus::runtime {
+namespace {
+
+struct ByOperator {
+    std::span<const Implementation> operator()(const graph::Convolution&) const { return convolution_implementations(); }
+    std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
+    std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
+    std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
+    std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
+    std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
+
+    // Written by ingest, carried over from the frame before, or views of another value's memory.
+    std::span<const Implementation> operator()(const graph::Input&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Plane&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Previous&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::SpaceToDepth&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::DepthToSpace&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Concat&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Slice&) const { return {}; }
+};
+
+}  // namespace
+
+std::span<const Implementation> implementations(const graph::Node& node) { return std::visit(ByOperator{}, node.op); }
+
+}  // namespace clarus::runtime

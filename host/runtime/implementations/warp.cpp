@@ -1,0 +1,56 @@
+#include <fmt/format.h>
+
+#include "runtime/implementations/lowering.h"
+
+namespace clarus::runtime {
+namespace {
+
+Lowered lower(const Problem& problem, const Choices& choices, std::string entry, std::array<size_t, 2> global) {
+    const auto& warp = std::get<graph::Warp>(problem.node.op);
+    KernelCall call;
+    call.file = "warp";
+    call.entry = std::move(entry);
+    call.options = fmt::format(
+        "{} {} -DMOTION_BLOCK={} -DFALLBACK_SCALE={}{}",
+        image_options({{"OUT", problem.output}, {"IMAGE", problem.inputs[0]}, {"FALLBACK", problem.inputs[2]}}),
+        layout_options("MOTION", problem.inputs[1]), warp.motion_block, warp.fallback_scale,
+        warp.border == graph::Border::zero ? " -DBORDER_ZERO" : "");
+    call.arguments = {{ArgumentKind::input, 0},
+                      {ArgumentKind::input, 1},
+                      {ArgumentKind::input, 2},
+                      {ArgumentKind::output},
+                      {ArgumentKind::frame}};
+    call.global = global;
+    call.local = group_size(choices);
+    return {std::move(call), std::nullopt};
+}
+
+Lowered lower_plain(const Problem& problem, const Choices& choices) {
+    return lower(problem, choices, "warp_plain", pixels(problem.output));
+}
+
+// One work-item a motion block is too few of them for a GPU.
+int prefer_blocks(const Problem& problem, const DeviceProfile& profile) {
+    const TensorLayout& image = problem.inputs[0];
+    const bool fits = std::get<graph::Warp>(problem.node.op).motion_block == 8 && image.channels == 4 &&
+                      image.block == 1 && image.stride == 4;
+    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+std::vector<Choices> block_choices(const Problem&, const DeviceProfile&) {
+    return {{{"WG_X", 8}, {"WG_Y", 1}}, {{"WG_X", 1}, {"WG_Y", 1}}, {{"WG_X", 32}, {"WG_Y", 1}}};
+}
+
+Lowered lower_blocks(const Problem& problem, const Choices& choices) {
+    return lower(problem, choices, "warp_block", pixels(problem.inputs[1]));
+}
+
+}  // namespace
+
+std::span<const Implementation> warp_implementations() {
+    static const Implementation implementations[] = {{"warp blocks", prefer_blocks, block_choices, lower_blocks},
+                                                     {"warp", obvious, group_choices, lower_plain}};
+    return implementations;
+}
+
+}  // namespace clarus::runtime

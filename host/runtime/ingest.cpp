@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "runtime/implementations/lowering.h"
+#include "runtime/inputs.h"
+
+namespace clarus::runtime {
+namespace {
+
+std::string destination_options(std::string_view name, const TensorLayout& layout) {
+    return fmt::format(" {} -D{}_STORAGE={}", layout_options(std::string(name), layout), name,
+                       layout.storage == Storage::f16 ? "half" : "float");
+}
+
+std::string source_options(std::string_view name, const ImageFormat& format) {
+    return fmt::format(" -DRAW_{0}={1} -DRAW_{0}_COMPONENTS={2}", name, opencl_type(format.type), format.channels);
+}
+
+}  // namespace
+
+KernelCall ingest(const IngestProblem& problem) {
+    const UpscalerOptions& options = *problem.options;
+    KernelCall call;
+    call.file = call.entry = "ingest";
+
+    const TensorLayout* any = nullptr;
+    const auto destination = [&](std::string_view name, const std::optional<TensorLayout>& layout, int index) {
+        if (!layout) return;
+        call.options += destination_options(name, *layout);
+        call.arguments.push_back({ArgumentKind::input, index});
+        any = &*layout;
+    };
+    const auto resource = [&](std::string_view name, const std::optional<TensorLayout>& layout, graph::Resource source,
+                              const ImageFormat& format) {
+        if (!layout) return;
+        const int index = static_cast<int>(source);
+        call.options += source_options(name, format);
+        call.arguments.push_back({ArgumentKind::resource, index});
+        call.arguments.push_back({ArgumentKind::resource_offset, index});
+        destination(name, layout, index);
+    };
+
+    resource("COLOR", problem.color, graph::Resource::color, options.color_format);
+    resource("DEPTH", problem.depth, graph::Resource::depth, options.depth_format);
+    resource("MOTION", problem.motion, graph::Resource::motion, options.motion_format);
+    if (problem.motion) call.arguments.push_back({ArgumentKind::counter});
+    destination("JITTER_X", problem.jitter_x, 3);
+    destination("JITTER_Y", problem.jitter_y, 4);
+    call.arguments.push_back({ArgumentKind::frame});
+    if (!any) throw std::logic_error("a pipeline reads something of its frame");
+
+    call.options += fmt::format(" -DWIDTH={} -DHEIGHT={}", any->width, any->height);
+    if (options.color_space == ColorSpace::linear) call.options += " -DLINEAR_COLOR";
+    if (options.depth.projective) call.options += " -DPROJECTIVE_DEPTH";
+    if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";
+    call.global = pixels(*any);
+    call.local = {64, 1};
+    return call;
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,145 @@
+#include "runtime/memory_plan.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Value;
+
+/// A span of moments in a frame, both ends included. Moment n + 1 is when node n runs; inputs are written at moment 0.
+struct Span {
+    int first = std::numeric_limits<int>::max();
+    int last = -1;
+
+    void include(int moment) {
+        first = std::min(first, moment);
+        last = std::max(last, moment);
+    }
+    bool overlaps(const Span& other) const { return first <= other.last && other.first <= last; }
+};
+
+/// Bytes with the spans in which they are needed, and the memories that they serve.
+struct Block {
+    size_t bytes = 0;
+    std::vector<Span> spans;
+    std::vector<int> memories;
+    size_t offset = 0;
+
+    bool conflicts(const Block& other) const {
+        return std::any_of(spans.begin(), spans.end(), [&](const Span& mine) {
+            return std::any_of(other.spans.begin(), other.spans.end(),
+                               [&](const Span& its) { return mine.overlaps(its); });
+        });
+    }
+};
+
+bool makes_its_value(const graph::Operator& op) {
+    return !std::holds_alternative<graph::Slice>(op) && !std::holds_alternative<graph::DepthToSpace>(op) &&
+           !std::holds_alternative<graph::SpaceToDepth>(op) && !std::holds_alternative<graph::Concat>(op) &&
+           !std::holds_alternative<graph::Previous>(op);
+}
+
+bool is_written_first(const graph::Operator& op) {
+    return std::holds_alternative<graph::Input>(op) || std::holds_alternative<graph::Plane>(op);
+}
+
+std::vector<Span> lifetimes(const LayoutPlan& plan) {
+    const graph::Graph& graph = plan.graph;
+    const int end = static_cast<int>(graph.nodes.size()) + 1;
+    std::vector<Span> spans(plan.memories.size());
+    const auto touch = [&](Value value, int moment) { spans[plan.layouts[value].memory].include(moment); };
+
+    for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
+        const graph::Node& node = graph.nodes[value];
+        if (!makes_its_value(node.op)) continue;
+        touch(value, is_written_first(node.op) ? 0 : value + 1);
+        for (const Value input : node.inputs) touch(input, value + 1);
+    }
+    touch(graph.output, end);
+    for (const auto& [name, value] : graph.views) touch(value, end);
+    for (const graph::State& state : graph.states) {
+        touch(state.previous, 0);
+        touch(state.next, end);
+    }
+    return spans;
+}
+
+std::vector<Block> make_blocks(const LayoutPlan& plan, const std::vector<Span>& spans, std::vector<bool>& alternates) {
+    std::vector<Block> blocks;
+    for (int memory = 0; memory < static_cast<int>(plan.memories.size()); ++memory)
+        if (plan.memories[memory].state < 0) blocks.push_back({plan.memories[memory].bytes, {spans[memory]}, {memory}});
+
+    for (const graph::State& state : plan.graph.states) {
+        const int previous = plan.layouts[state.previous].memory;
+        const int next = plan.layouts[state.next].memory;
+        const size_t bytes = plan.memories[next].bytes;
+        const bool alternate = spans[previous].overlaps(spans[next]);
+        alternates.push_back(alternate);
+        if (alternate) {
+            // Each is last frame's value in one frame and this frame's in the next.
+            blocks.push_back({bytes, {spans[previous], spans[next]}, {previous}});
+            blocks.push_back({bytes, {spans[previous], spans[next]}, {next}});
+        } else {
+            blocks.push_back({bytes, {spans[previous], spans[next]}, {previous, next}});
+        }
+    }
+    return blocks;
+}
+
+/// The largest first, each at the lowest offset where it meets nothing that is needed at the same time.
+size_t place(std::vector<Block>& blocks) {
+    std::vector<int> order(blocks.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return blocks[a].bytes > blocks[b].bytes; });
+
+    std::vector<const Block*> placed;  // by offset
+    size_t arena = 0;
+    for (const int index : order) {
+        Block& block = blocks[index];
+        size_t offset = 0;
+        for (const Block* other : placed) {
+            if (!block.conflicts(*other)) continue;
+            if (offset + block.bytes <= other->offset) break;
+            offset = std::max(offset, other->offset + other->bytes);
+        }
+        block.offset = offset;
+        arena = std::max(arena, offset + block.bytes);
+        placed.insert(std::upper_bound(placed.begin(), placed.end(), &block,
+                                       [](const Block* a, const Block* b) { return a->offset < b->offset; }),
+                      &block);
+    }
+    return arena;
+}
+
+size_t most_live(const std::vector<Block>& blocks, int moments) {
+    size_t most = 0;
+    for (int moment = 0; moment <= moments; ++moment) {
+        const Span now{moment, moment};
+        size_t live = 0;
+        for (const Block& block : blocks)
+            if (std::any_of(block.spans.begin(), block.spans.end(),
+                            [&](const Span& span) { return span.overlaps(now); }))
+                live += block.bytes;
+        most = std::max(most, live);
+    }
+    return most;
+}
+
+}  // namespace
+
+MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment) {
+    MemoryPlan result;
+    std::vector<Block> blocks = make_blocks(plan, lifetimes(plan), result.alternates);
+    result.live_at_worst = most_live(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
+    for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
+    result.bytes = place(blocks);
+    result.places.resize(plan.memories.size());
+    for (const Block& block : blocks)
+        for (const int memory : block.memories) result.places[memory] = {block.offset, plan.memories[memory].bytes};
+    return result;
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "runtime/layout.h"
+
+namespace clarus::runtime {
+
+/// Where each memory of a layout plan lies in one arena. Memories that are never needed at the same time share bytes; a
+/// state's lifetime crosses the frame's boundary.
+struct MemoryPlan {
+    struct Place {
+        size_t offset = 0;
+        size_t bytes = 0;
+    };
+    std::vector<Place> places;     // one a memory
+    std::vector<bool> alternates;  // one a state: its two memories change roles every frame; else they are one
+    size_t bytes = 0;              // the arena's size
+    size_t live_at_worst = 0;      // the most that is needed at one moment: the floor for `bytes`
+};
+
+/// `alignment`: what every offset is a multiple of, in bytes. Inputs are written before the first node runs; the output
+/// and views are read after the last.
+MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment);
+
+}  // namespace clarus::runtime

@@ -1,0 +1,82 @@
+#include "runtime/plan.h"
+
+#include "graph/passes.h"
+#include "runtime/weights.h"
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Value;
+
+Storage storage_for(Precision precision, const DeviceProfile& profile) {
+    const bool half = precision == Precision::fp16 || (precision == Precision::automatic && profile.half_arithmetic);
+    return half && profile.half_storage ? Storage::f16 : Storage::f32;
+}
+
+double tensor_bytes(const TensorLayout& layout) {
+    return static_cast<double>(layout.width) * layout.height * layout.channels * bytes_of(layout.storage);
+}
+
+IngestProblem ingest_problem(const LayoutPlan& plan, const UpscalerOptions& options) {
+    IngestProblem problem;
+    problem.options = &options;
+    for (Value value = 0; value < static_cast<Value>(plan.graph.nodes.size()); ++value) {
+        const graph::Operator& op = plan.graph.nodes[value].op;
+        if (const auto* input = std::get_if<graph::Input>(&op)) {
+            auto& layout = input->resource == graph::Resource::color   ? problem.color
+                           : input->resource == graph::Resource::depth ? problem.depth
+                                                                       : problem.motion;
+            layout = plan.layouts[value];
+        } else if (const auto* plane = std::get_if<graph::Plane>(&op)) {
+            (plane->scalar == graph::FrameScalar::jitter_x ? problem.jitter_x : problem.jitter_y) = plan.layouts[value];
+        }
+    }
+    return problem;
+}
+
+PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
+    const graph::Node& node = plan.graph.nodes[value];
+    PlannedStage stage;
+    stage.value = value;
+    stage.problem.node = node;
+    stage.problem.output = plan.layouts[value];
+    stage.bytes = tensor_bytes(stage.problem.output);
+    for (const Value input : node.inputs) {
+        stage.problem.inputs.push_back(plan.layouts[input]);
+        stage.bytes += tensor_bytes(plan.layouts[input]);
+    }
+    if (const auto* convolution = std::get_if<graph::Convolution>(&node.op))
+        stage.problem.parameters = &plan.graph.parameters[convolution->parameters];
+    stage.operations = graph::operations(plan.graph, node);
+    return stage;
+}
+
+}  // namespace
+
+std::map<int, Lowered> Plan::convolutions() const {
+    std::map<int, Lowered> result;
+    for (const PlannedStage& stage : stages)
+        if (const auto* convolution = std::get_if<graph::Convolution>(&stage.problem.node.op))
+            result[convolution->parameters] = stage.lowered;
+    return result;
+}
+
+std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
+                                const std::function<Selection(const Problem&)>& select) {
+    auto plan = std::make_unique<Plan>();
+    const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
+    plan->layout = lay_out(fused, storage_for(options.precision, profile));
+    plan->memory = plan_memory(plan->layout, profile.memory_alignment);
+    plan->ingest = ingest_problem(plan->layout, options);
+    for (Value value = 0; value < static_cast<Value>(plan->layout.graph.nodes.size()); ++value) {
+        if (implementations(plan->layout.graph.nodes[value]).empty()) continue;
+        PlannedStage stage = plan_stage(plan->layout, value);
+        stage.selection = select(stage.problem);
+        stage.lowered = stage.selection.lower(stage.problem);
+        plan->stages.push_back(std::move(stage));
+    }
+    plan->weight_bytes = Weights::bytes(plan->layout.graph, plan->convolutions());
+    return plan;
+}
+
+}  // namespace clarus::runtime

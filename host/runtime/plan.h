@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clarus/upscaler.h"
+#include "graph/graph.h"
+#include "runtime/implementation.h"
+#include "runtime/inputs.h"
+#include "runtime/layout.h"
+#include "runtime/memory_plan.h"
+#include "runtime/tuner.h"
+
+namespace clarus::runtime {
+
+/// A node that launches a kernel, and the kernel chosen for it.
+struct PlannedStage {
+    graph::Value value;
+    Problem problem;
+    Selection selection;
+    Lowered lowered;
+    double operations = 0;
+    double bytes = 0;  // its inputs and its result, once each
+};
+
+/// All that a frame does, before anything is compiled or allocated. `layout.graph` owns what problems point to.
+struct Plan {
+    LayoutPlan layout;
+    MemoryPlan memory;
+    IngestProblem ingest;
+    std::vector<PlannedStage> stages;
+    size_t weight_bytes = 0;
+
+    std::map<int, Lowered> convolutions() const;  // by index into layout.graph.parameters
+};
+
+/// Fuses, lays out, places and chooses kernels. `select` chooses an operator's kernel. Views that `options` does not
+/// name are not kept.
+std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
+                                const std::function<Selection(const Problem&)>& select);
+
+}  // namespace clarus::runtime

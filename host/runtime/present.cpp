@@ -1,0 +1,22 @@
+#include <fmt/format.h>
+
+#include "runtime/implementations/lowering.h"
+#include "runtime/inputs.h"
+
+namespace clarus::runtime {
+
+KernelCall present(const TensorLayout& output, const UpscalerOptions& options) {
+    const ImageFormat& format = options.output_format;
+    KernelCall call;
+    call.file = call.entry = "present";
+    call.options = fmt::format("{} -DTARGET={} -DTARGET_COMPONENTS={}{}", image_options({{"OUT", output}}),
+                               opencl_type(format.type), format.channels,
+                               options.color_space == ColorSpace::linear ? " -DLINEAR_COLOR" : "");
+    call.arguments = {
+        {ArgumentKind::input, 0}, {ArgumentKind::target}, {ArgumentKind::target_offset}, {ArgumentKind::frame}};
+    call.global = pixels(output);
+    call.local = {64, 1};
+    return call;
+}
+
+}  // namespace clarus::runtime

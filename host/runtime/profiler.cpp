@@ -1,0 +1,48 @@
+#include "runtime/profiler.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "cl/error.h"
+
+namespace clarus::runtime {
+
+int Profiler::add_stage(std::string name, std::string kernel, double operations, double bytes) {
+    Stage stage;
+    stage.profile.name = std::move(name);
+    stage.profile.kernel = std::move(kernel);
+    stage.profile.operations = operations;
+    stage.profile.bytes = bytes;
+    stages_.push_back(std::move(stage));
+    return static_cast<int>(stages_.size()) - 1;
+}
+
+cl::Event* Profiler::event(int stage) {
+    if (!enabled_) return nullptr;
+    return &stages_[stage].events.emplace_back();
+}
+
+std::vector<StageProfile> Profiler::take() {
+    std::vector<StageProfile> profiles;
+    for (Stage& stage : stages_) {
+        if (stage.events.empty()) continue;
+        StageProfile profile = stage.profile;
+        std::vector<double> seconds;
+        for (const cl::Event& event : stage.events) {
+            ocl::checked("read a stage's times", [&] {
+                event.wait();
+                const double start = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+                const double end = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>());
+                profile.spans.push_back({start, end});
+                seconds.push_back(end - start);
+            });
+        }
+        std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
+        profile.seconds = seconds[seconds.size() / 2];
+        profiles.push_back(std::move(profile));
+        stage.events.clear();
+    }
+    return profiles;
+}
+
+}  // namespace clarus::runtime

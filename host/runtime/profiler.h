@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cl/opencl.h"
+#include "clarus/upscaler.h"
+
+namespace clarus::runtime {
+
+/// Gathers device events of every stage of every frame.
+class Profiler {
+  public:
+    explicit Profiler(bool enabled) : enabled_(enabled) {}
+
+    /// Declares a stage; the returned number names it.
+    int add_stage(std::string name, std::string kernel, double operations, double bytes);
+
+    /// Where the stage's event is to be put, or null where nothing is profiled.
+    cl::Event* event(int stage);
+
+    /// Waits for the frames so far and returns their times; starts anew.
+    std::vector<StageProfile> take();
+
+  private:
+    struct Stage {
+        StageProfile profile;
+        std::vector<cl::Event> events;
+    };
+
+    bool enabled_;
+    std::vector<Stage> stages_;
+};
+
+}  // namespace clarus::runtime

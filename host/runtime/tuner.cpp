@@ -1,0 +1,170 @@
+#include "runtime/tuner.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/log.h"
+#include "cl/error.h"
+#include "runtime/launch.h"
+
+namespace clarus::runtime {
+namespace {
+
+constexpr int kRuns = 5;  // measured runs of a candidate, after one that is not; the shortest counts
+
+std::string describe_choices(const Choices& choices) {
+    std::string text;
+    for (const auto& [name, value] : choices) text += fmt::format(" {}={}", name, value);
+    return text;
+}
+
+/// Everything that the speed of an operator depends on.
+std::string key_of(const Problem& problem) {
+    const std::span<const Implementation> candidates = implementations(problem.node);
+    std::string key = candidates.back().name;
+    for (const TensorLayout& input : problem.inputs)
+        key += layout_options(" IN", input) + fmt::format(" f{}", 8 * bytes_of(input.storage));
+    key += layout_options(" OUT", problem.output) + fmt::format(" f{}", 8 * bytes_of(problem.output.storage));
+    return key;
+}
+
+bool same_choices(const Implementation& implementation, const Problem& problem, const DeviceProfile& profile,
+                  const Choices& choices) {
+    const std::vector<Choices> all = implementation.choices(problem, profile);
+    return std::find(all.begin(), all.end(), choices) != all.end();
+}
+
+cl::Buffer zeros(ocl::Context& context, size_t bytes) {
+    cl::Buffer buffer(context.context(), CL_MEM_READ_WRITE, bytes);
+    context.queue().enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+    return buffer;
+}
+
+double shortest_run(ocl::Context& context, const Problem& problem, const Selection& selection) {
+    const Lowered lowered = selection.lower(problem);
+    return ocl::checked("measure " + selection.describe(), [&] {
+        Bindings bindings;
+        for (const TensorLayout& input : problem.inputs) bindings.inputs.push_back(zeros(context, memory_bytes(input)));
+        bindings.output = zeros(context, memory_bytes(problem.output));
+        if (lowered.packing) bindings.packed_weights = zeros(context, lowered.packing->floats * sizeof(float));
+
+        Launch launch(context, lowered.call);
+        launch.bind(bindings);
+        launch.enqueue(context.queue());
+        cl_ulong shortest = ~cl_ulong(0);
+        for (int run = 0; run < kRuns; ++run) {
+            cl::Event event;
+            launch.enqueue(context.queue(), &event);
+            event.wait();
+            shortest = std::min(shortest, event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                              event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+        }
+        return 1e-9 * static_cast<double>(shortest);
+    });
+}
+
+std::string file_for(const DeviceProfile& profile) {
+    const std::string identity = fmt::format("{}|{}|{}|{}|{}", profile.platform, profile.name, profile.driver_version,
+                                             profile.compute_units, profile.opencl_version);
+    return fmt::format("{}/tuning/{:016x}.json", cache_directory(), XXH3_64bits(identity.data(), identity.size()));
+}
+
+}  // namespace
+
+std::string Selection::describe() const { return implementation->name + describe_choices(choices); }
+
+Selection built_in_selection(const Problem& problem, const DeviceProfile& profile) {
+    Selection best;
+    int most = 0;
+    for (const Implementation& candidate : implementations(problem.node)) {
+        const int preference = candidate.preference(problem, profile);
+        if (preference <= most) continue;
+        most = preference;
+        best = {&candidate, candidate.choices(problem, profile).front()};
+    }
+    return best;
+}
+
+Tuner::Tuner(ocl::Context& context, Tuning mode) : context_(context), mode_(mode), path_(file_for(context.profile())) {
+    if (mode_ != Tuning::fixed) load();
+}
+
+Selection Tuner::select(const Problem& problem) {
+    if (mode_ == Tuning::measure && !results_.contains(key_of(problem)) && context_.queue_has_profiling())
+        return measure(problem);
+    return select_without_measuring(problem);
+}
+
+Selection Tuner::select_without_measuring(const Problem& problem) const {
+    if (const auto stored = results_.find(key_of(problem)); stored != results_.end()) {
+        for (const Implementation& candidate : implementations(problem.node)) {
+            const bool fits = candidate.name == stored->second.implementation &&
+                              candidate.preference(problem, context_.profile()) > 0 &&
+                              same_choices(candidate, problem, context_.profile(), stored->second.choices);
+            if (fits) return {&candidate, stored->second.choices};
+        }
+    }
+    return built_in_selection(problem, context_.profile());
+}
+
+Selection Tuner::measure(const Problem& problem) {
+    std::vector<Selection> candidates;
+    for (const Implementation& candidate : implementations(problem.node)) {
+        if (candidate.preference(problem, context_.profile()) == 0) continue;
+        for (const Choices& choices : candidate.choices(problem, context_.profile()))
+            candidates.push_back({&candidate, choices});
+    }
+    if (candidates.size() == 1) return candidates.front();
+
+    std::optional<Selection> best;
+    double best_seconds = 0;
+    for (const Selection& candidate : candidates) {
+        const double seconds = shortest_run(context_, problem, candidate);
+        log(LogLevel::debug, "{}: {} takes {:.3f} ms", problem.node.name, candidate.describe(), 1e3 * seconds);
+        if (best && seconds >= best_seconds) continue;
+        best = candidate;
+        best_seconds = seconds;
+    }
+    results_[key_of(problem)] = {best->implementation->name, best->choices, best_seconds};
+    store();
+    return *best;
+}
+
+void Tuner::load() {
+    std::ifstream file(path_);
+    if (!file) return;
+    try {
+        const nlohmann::json document = nlohmann::json::parse(file);
+        for (const auto& [key, entry] : document.at("results").items())
+            results_[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds")};
+    } catch (const nlohmann::json::exception& error) {
+        log(LogLevel::warning, "{} is not a tuning file ({}); starting anew", path_, error.what());
+        results_.clear();
+    }
+}
+
+void Tuner::store() const {
+    nlohmann::json document;
+    document["device"] = context_.profile().name;
+    document["driver"] = context_.profile().driver_version;
+    for (const auto& [key, result] : results_)
+        document["results"][key] = {
+            {"implementation", result.implementation}, {"choices", result.choices}, {"seconds", result.seconds}};
+    std::error_code ignored;
+    const std::filesystem::path path = path_;
+    std::filesystem::create_directories(path.parent_path(), ignored);
+    const std::filesystem::path partial = path_ + ".partial";
+    std::ofstream file(partial);
+    file << document.dump(2) << '\n';
+    file.close();
+    if (file) std::filesystem::rename(partial, path, ignored);
+    if (!file || ignored) log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "cl/context.h"
+#include "graph/graph.h"
+#include "runtime/jitter_sets.h"
+#include "runtime/kernel_predictor.h"
+#include "runtime/launch.h"
+
+namespace clarus::runtime {
+
+/// The packed weights of every convolution on the device, and of jitter-conditioned ones the set that the frame needs.
+class Weights {
+  public:
+    /// `convolutions`: for each index into graph.parameters, the kernel that it is packed for.
+    Weights(ocl::Context& context, const graph::Graph& graph, const std::map<int, Lowered>& convolutions);
+
+    /// Makes the sets for this jitter the current ones, computing them where they are not there.
+    void select(Vec2 jitter);
+
+    const cl::Buffer& packed(int parameters) const { return packed_.at(parameters).buffer; }
+    /// Where the current set begins, in floats.
+    cl_uint offset(int parameters) const;
+
+    /// JitterSets::largest_distance.
+    double largest_jitter_distance() const { return sets_ ? sets_->largest_distance() : 0; }
+
+    /// Device memory that the constructor will take, in bytes.
+    static size_t bytes(const graph::Graph& graph, const std::map<int, Lowered>& convolutions);
+
+  private:
+    struct Packed {
+        size_t floats = 0;  // of a set
+        bool conditioned = false;
+        size_t weights = 0, biases = 0;  // floats of a set before packing
+        cl::Buffer buffer;
+        std::unique_ptr<PackLaunch> pack;
+    };
+
+    void compute(Vec2 jitter, int set);
+
+    ocl::Context& context_;
+    std::map<int, Packed> packed_;
+    std::vector<int> predicted_;   // parameters in the order of the predictor's output
+    cl::Buffer weights_, biases_;  // one set before packing
+    std::optional<JitterSets> sets_;
+    std::unique_ptr<KernelPredictor> predictor_;
+    int current_set_ = 0;
+};
+
+}  // namespace clarus::runtime
