@@ -1,6 +1,32 @@
 #include "cl/error.h"
 
 namespace clarus::ocl {
+namespace {
+
+struct Meaning {
+    ErrorKind kind;
+    std::string_view reason, way_out;
+};
+
+Meaning meaning(cl_int status) {
+    constexpr std::string_view less_memory = "Take a smaller image or model, precision fp16, or another device";
+    switch (status) {
+        case CL_OUT_OF_RESOURCES:
+        case CL_OUT_OF_HOST_MEMORY:
+        case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+            return {ErrorKind::out_of_memory, "there is not enough memory", less_memory};
+        case CL_INVALID_BUFFER_SIZE:
+            return {ErrorKind::out_of_memory, "the device allows no buffer of this size", less_memory};
+        case CL_DEVICE_NOT_AVAILABLE:
+            return {ErrorKind::device, "the device is not available", "Is another process holding it?"};
+        case CL_COMPILER_NOT_AVAILABLE:
+            return {ErrorKind::device, "the driver has no compiler", "Take another device or driver"};
+        default:
+            return {ErrorKind::device, "the driver refuses", "Another device (`clarus devices`) or driver may help"};
+    }
+}
+
+}  // namespace
 
 std::string status_name(cl_int status) {
     switch (status) {
@@ -78,28 +104,8 @@ std::string status_name(cl_int status) {
 }
 
 void fail_with_status(std::string_view doing, cl_int status) {
-    const std::string name = status_name(status);
-    switch (status) {
-        case CL_OUT_OF_RESOURCES:
-        case CL_OUT_OF_HOST_MEMORY:
-        case CL_MEM_OBJECT_ALLOCATION_FAILURE:
-            fail(ErrorKind::out_of_memory,
-                 "could not {}: not enough memory ({}). Take a smaller image or model, precision fp16, or another "
-                 "device",
-                 doing, name);
-        case CL_DEVICE_NOT_AVAILABLE:
-            fail(ErrorKind::device, "could not {}: the device is not available ({}). Is another process holding it?",
-                 doing, name);
-        case CL_COMPILER_NOT_AVAILABLE:
-            fail(ErrorKind::device,
-                 "could not {}: the driver has no compiler ({}). Install one that has, or take another "
-                 "device",
-                 doing, name);
-        default:
-            fail(ErrorKind::device,
-                 "could not {}: {}. If it happens again, try another device (`clarus devices` lists them) or driver",
-                 doing, name);
-    }
+    const auto [kind, reason, way_out] = meaning(status);
+    fail(kind, "could not {}: {} ({}). {}", doing, reason, status_name(status), way_out);
 }
 
 }  // namespace clarus::ocl

@@ -1,0 +1,229 @@
+#include <doctest/doctest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <thread>
+#include <vector>
+
+#include "cl/context.h"
+#include "cl/disk_cache.h"
+#include "clarus/error.h"
+#include "clarus/log.h"
+#include "temporary_folder.h"
+#include "test_device.h"
+
+using namespace clarus;
+
+namespace {
+
+// Sets CLARUS_CACHE_DIR as long as it lives.
+class CacheFolder {
+  public:
+    explicit CacheFolder(const std::filesystem::path& path) : before_(variable()) {
+        setenv("CLARUS_CACHE_DIR", path.c_str(), 1);
+    }
+    ~CacheFolder() {
+        if (before_.empty())
+            unsetenv("CLARUS_CACHE_DIR");
+        else
+            setenv("CLARUS_CACHE_DIR", before_.c_str(), 1);
+    }
+    CacheFolder(const CacheFolder&) = delete;
+    CacheFolder& operator=(const CacheFolder&) = delete;
+
+  private:
+    static std::string variable() {
+        const char* value = std::getenv("CLARUS_CACHE_DIR");
+        return value ? value : "";
+    }
+    std::string before_;
+};
+
+constexpr const char* source = R"(
+kernel void scale(global float* values) { values[get_global_id(0)] *= FACTOR; }
+)";
+
+// 0, 1, 2, … 7, scaled by the kernel.
+std::vector<float> scaled(ocl::Context& context, int factor) {
+    const cl::Program program = context.program_from_source("scale.cl", source, "-DFACTOR=" + std::to_string(factor));
+    std::vector<float> values(8);
+    std::iota(values.begin(), values.end(), 0.0f);
+    const size_t bytes = values.size() * sizeof(float);
+    const cl::Buffer buffer(context.context(), CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, bytes, values.data());
+    cl::Kernel kernel(program, "scale");
+    kernel.setArg(0, buffer);
+    context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(values.size()));
+    context.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, values.data());
+    return values;
+}
+
+const std::vector<float> threefold = {0, 3, 6, 9, 12, 15, 18, 21};
+
+// How many programs a fresh context compiles to do its work, which is checked and kept.
+int compiled_afresh() {
+    const Device device = Device::open(test_selector());
+    CHECK(scaled(device.context(), 3) == threefold);
+    device.context().save_programs();
+    return device.context().programs_compiled();
+}
+
+std::string contents(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void overwrite(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+std::vector<std::filesystem::path> entries(const std::filesystem::path& cache) {
+    std::vector<std::filesystem::path> paths;
+    for (const auto& entry : std::filesystem::directory_iterator(cache / "programs")) paths.push_back(entry.path());
+    return paths;
+}
+
+int run_test_case_in_two_processes(const std::string& name) {
+    const std::string command =
+        std::filesystem::read_symlink("/proc/self/exe").string() + " --test-case='" + name + "' > ";
+    const std::string log = (std::filesystem::path(std::getenv("CLARUS_CACHE_DIR")) / "log").string();
+    return std::system(
+        ("mkdir -p " + cache_directory() + "; " + command + log + "1 & first=$!; " + command + log + "2 && wait $first")
+            .c_str());
+}
+
+}  // namespace
+
+TEST_SUITE("small") {
+    TEST_CASE("a program is compiled once by a context, and not at all by the next") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        const Device device = Device::open(test_selector());
+        CHECK(scaled(device.context(), 3) == threefold);
+        CHECK(scaled(device.context(), 3) == threefold);
+        CHECK(device.context().programs_compiled() == 1);
+        CHECK(scaled(device.context(), 5)[1] == 5.0f);
+        CHECK(device.context().programs_compiled() == 2);
+        device.context().save_programs();
+
+        const Device again = Device::open(test_selector());
+        CHECK(scaled(again.context(), 3) == threefold);
+        CHECK(scaled(again.context(), 5)[7] == 35.0f);
+        CHECK(again.context().programs_compiled() == 0);
+    }
+
+    TEST_CASE("a kernel file is found by its name, with what is common before it") {
+        ocl::Context& context = test_device().context();
+        try {
+            context.program("no_such_file", "");
+            FAIL("a file that does not exist was built");
+        } catch (const Error& error) {
+            CHECK(error.kind() == ErrorKind::invalid_argument);
+            CHECK(std::string(error.what()).find("no_such_file.cl") != std::string::npos);
+        }
+        CHECK_NOTHROW(context.program_from_source(
+            "common.cl", "kernel void k(global storage* v) { STORE(MAD(LOAD(v, 0), 2.0f, 1.0f), v, 0); }",
+            "-DSTORE_HALF"));
+    }
+
+    TEST_CASE("a build failure tells the file, the options, the device and what the compiler says") {
+        ocl::Context& context = test_device().context();
+        for (int attempt = 0; attempt < 2; ++attempt) {
+            try {
+                context.program_from_source("broken.cl", "kernel void k(global int* v) {\n  v[0] = undeclared_thing; }",
+                                            "-DANSWER=42");
+                FAIL("it was built");
+            } catch (const Error& error) {
+                CHECK(error.kind() == ErrorKind::build);
+                const std::string message = error.what();
+                for (const std::string& part : {std::string("broken.cl"), std::string("-DANSWER=42"),
+                                                std::string("undeclared_thing"), context.profile().name})
+                    CHECK_MESSAGE(message.find(part) != message.npos, part, " is not in: ", message);
+            }
+        }
+    }
+
+    TEST_CASE("a damaged cache entry is made anew and replaced") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        REQUIRE(compiled_afresh() == 1);
+        REQUIRE(compiled_afresh() == 0);
+
+        const auto flipped = [](size_t position) {
+            return [position](std::string text) {
+                text[position < text.size() ? position : text.size() - 1] ^= 1;
+                return text;
+            };
+        };
+        const std::function<std::string(std::string)> damages[] = {
+            flipped(0),   // magic
+            flipped(8),   // key
+            flipped(24),  // length
+            flipped(31),  // length, by 2^56
+            flipped(32),  // hash
+            flipped(40),  // body
+            flipped(~size_t(0)),
+            [](const std::string& text) { return text.substr(0, text.size() / 2); },
+            [](const std::string& text) { return text.substr(0, 20); },
+            [](const std::string&) { return std::string(); },
+            [](const std::string& text) { return text + "more"; },
+        };
+        for (const auto& damage : damages) {
+            for (const auto& entry : entries(folder.path())) overwrite(entry, damage(contents(entry)));
+            CHECK(compiled_afresh() == 1);
+            CHECK(compiled_afresh() == 0);
+        }
+        for (const auto& entry : entries(folder.path())) CHECK(entry.extension() != ".tmp");
+    }
+
+    TEST_CASE("a cached program that the driver refuses is made anew") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        REQUIRE(compiled_afresh() == 1);
+        const ocl::DiskCache disk(folder / "programs");
+        for (const auto& entry : entries(folder.path())) {
+            ocl::CacheKey key;
+            const std::string text = contents(entry);
+            std::copy_n(text.begin() + 8, key.size(), key.begin());
+            disk.store(key, {'n', 'o', 't', ' ', 'a', ' ', 'b', 'i', 'n', 'a', 'r', 'y'});
+        }
+        CHECK(compiled_afresh() == 1);
+        CHECK(compiled_afresh() == 0);
+    }
+
+    TEST_CASE("threads share a context: each program is compiled once") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        const Device device = Device::open(test_selector());
+        std::vector<std::thread> threads;
+        for (int i = 0; i < 4; ++i)
+            threads.emplace_back([&device, i] {
+                device.context().program_from_source("scale.cl", source, i % 2 ? "-DFACTOR=1" : "-DFACTOR=2");
+            });
+        for (std::thread& thread : threads) thread.join();
+        CHECK(device.context().programs_compiled() == 2);
+    }
+
+    TEST_CASE("a process among others that share the cache") { CHECK(compiled_afresh() <= 1); }
+
+    TEST_CASE("two processes share the cache") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        CHECK(run_test_case_in_two_processes("a process among others that share the cache") == 0);
+        CHECK(compiled_afresh() == 0);
+    }
+
+    TEST_CASE("a cache folder that cannot be written to costs one warning and nothing else") {
+        const TemporaryFolder folder;
+        overwrite(folder / "file", "a folder cannot be made under a file");
+        const CacheFolder cache(folder / "file" / "cache");
+        int warnings = 0;
+        set_log_callback([&](LogLevel level, std::string_view) { warnings += level == LogLevel::warning; });
+        CHECK(compiled_afresh() == 1);
+        CHECK(compiled_afresh() == 1);
+        set_log_callback({});
+        CHECK(warnings == 1);
+    }
+}
