@@ -39,7 +39,7 @@ TEST_SUITE("small") {
         CHECK(profile.max_work_group_size >= 1);
         CHECK(profile.max_allocation > 0);
         CHECK(profile.max_allocation <= profile.global_memory);
-        CHECK(profile.local_memory >= 16 << 10);  // what OpenCL 1.2 guarantees without images is 1 KiB; with, 32 KiB
+        CHECK(profile.local_memory >= 32 << 10);
         CHECK(profile.memory_alignment >= 16);
         CHECK((profile.memory_alignment & (profile.memory_alignment - 1)) == 0);
         CHECK(profile.half_storage);  // every OpenCL compiler has vload_half
@@ -119,17 +119,6 @@ TEST_SUITE("small") {
         CHECK(found == 1);
     }
 
-    TEST_CASE("more memory than the device has is an error of that kind") {
-        ocl::Context& context = test_device().context();
-        try {
-            const size_t bytes = size_t(1) << 46;
-            ocl::checked("allocate 64 TiB", [&] { return cl::Buffer(context.context(), CL_MEM_READ_WRITE, bytes); });
-            FAIL("64 TiB were allocated");
-        } catch (const Error& error) {
-            CHECK(error.kind() == ErrorKind::out_of_memory);
-        }
-    }
-
     TEST_CASE("a caller's context, device and queue are taken over and kept") {
         const cl::Device device = test_device().context().device();
         const auto adopt = [&](cl_command_queue_properties properties) {
@@ -164,5 +153,17 @@ TEST_SUITE("small") {
         CHECK_THROWS_AS(Device::adopt(context.context()(), context.device()(), nullptr), Error);
         const cl::Context other(context.device());
         CHECK_THROWS_AS(Device::adopt(other(), context.device()(), context.queue()()), Error);
+    }
+}
+
+// Not in the small suite: Oclgrind answers with std::bad_alloc.
+TEST_CASE("more memory than the device has is an error of that kind") {
+    ocl::Context& context = test_device().context();
+    try {
+        const size_t bytes = size_t(1) << 46;
+        ocl::checked("allocate 64 TiB", [&] { return cl::Buffer(context.context(), CL_MEM_READ_WRITE, bytes); });
+        FAIL("64 TiB were allocated");
+    } catch (const Error& error) {
+        CHECK(error.kind() == ErrorKind::out_of_memory);
     }
 }

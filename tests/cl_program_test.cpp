@@ -178,21 +178,6 @@ TEST_SUITE("small") {
         for (const auto& entry : entries(folder.path())) CHECK(entry.extension() != ".tmp");
     }
 
-    TEST_CASE("a cached program that the driver refuses is made anew") {
-        const TemporaryFolder folder;
-        const CacheFolder cache(folder.path());
-        REQUIRE(compiled_afresh() == 1);
-        const ocl::DiskCache disk(folder / "programs");
-        for (const auto& entry : entries(folder.path())) {
-            ocl::CacheKey key;
-            const std::string text = contents(entry);
-            std::copy_n(text.begin() + 8, key.size(), key.begin());
-            disk.store(key, {'n', 'o', 't', ' ', 'a', ' ', 'b', 'i', 'n', 'a', 'r', 'y'});
-        }
-        CHECK(compiled_afresh() == 1);
-        CHECK(compiled_afresh() == 0);
-    }
-
     TEST_CASE("threads share a context: each program is compiled once") {
         const TemporaryFolder folder;
         const CacheFolder cache(folder.path());
@@ -226,4 +211,20 @@ TEST_SUITE("small") {
         set_log_callback({});
         CHECK(warnings == 1);
     }
+}
+
+// Not in the small suite: Rusticl aborts on a binary that it does not know, instead of refusing it.
+TEST_CASE("a cached program that the driver refuses is made anew") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    REQUIRE(compiled_afresh() == 1);
+    const ocl::DiskCache disk(folder / "programs");
+    for (const auto& entry : entries(folder.path())) {
+        ocl::CacheKey key;
+        const std::string text = contents(entry);
+        std::copy_n(text.begin() + 8, key.size(), key.begin());
+        disk.store(key, {'n', 'o', 't', ' ', 'a', ' ', 'b', 'i', 'n', 'a', 'r', 'y'});
+    }
+    CHECK(compiled_afresh() == 1);
+    CHECK(compiled_afresh() == 0);
 }

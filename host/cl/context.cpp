@@ -27,13 +27,15 @@ bool has_property(const cl::CommandQueue& queue, cl_command_queue_properties pro
     return (queue.getInfo<CL_QUEUE_PROPERTIES>() & property) != 0;
 }
 
-// Empty where the driver has none to give.
+// Empty where the driver has none to give. The binaries come in the order of the program's devices, where some drivers
+// name a sub-device's parent: with one binary there is no doubt.
 std::vector<unsigned char> binary_for(const cl::Program& program, const cl::Device& device) {
+    const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+    if (binaries.size() == 1) return binaries.front();
     const std::vector<cl::Device> devices = program.getInfo<CL_PROGRAM_DEVICES>();
-    const auto position =
-        std::find_if(devices.begin(), devices.end(), [&](const cl::Device& d) { return d() == device(); });
-    if (position == devices.end()) return {};
-    return program.getInfo<CL_PROGRAM_BINARIES>()[size_t(position - devices.begin())];
+    for (size_t i = 0; i < std::min(binaries.size(), devices.size()); ++i)
+        if (devices[i]() == device()) return binaries[i];
+    return {};
 }
 
 }  // namespace

@@ -54,4 +54,6 @@ Device Device::adopt(cl_context context, cl_device_id device, cl_command_queue q
 
 const DeviceProfile& Device::profile() const { return context_->profile(); }
 
+int Device::programs_compiled() const { return context_->programs_compiled(); }
+
 }  // namespace clarus
