@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
     app.set_version_flag("--version", "clarus 0.1.0");
     app.add_flag_callback(
-           "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
+        "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
     app.fallthrough();
     app.require_subcommand(1);
     clarus::cli::add_upscale_command(app);

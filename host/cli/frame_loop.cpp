@@ -1,0 +1,157 @@
+#include "cli/frame_loop.h"
+
+#include <array>
+#include <exception>
+#include <future>
+#include <map>
+#include <utility>
+
+#include "cli/progress.h"
+#include "cli/view_picture.h"
+#include "io/frames.h"
+#include "metrics/display.h"
+
+namespace clarus::cli {
+namespace {
+
+// One of the frames in flight: what the device reads and writes until `event`, and the thread that then writes files.
+struct Slot {
+    Slot() = default;
+    Slot(const Slot&) = delete;
+    Slot& operator=(const Slot&) = delete;
+    ~Slot() {
+        try {
+            if (event) event->wait();
+        } catch (const std::exception&) {  // Only reached while another error is on its way.
+        }
+    }
+
+    io::FramePixels input;
+    io::Pixels output;
+    std::map<std::string, io::Pixels> views;
+    FrameResult* result = nullptr;
+    const io::FrameFiles* files = nullptr;
+    std::optional<FrameEvent> event;
+    std::future<void> written;
+};
+
+// Frames of one sequence may differ in channels that nobody needs; the upscaler's formats may not.
+io::Pixels with_channels(io::Pixels pixels, int channels) {
+    if (pixels.channels <= channels) return pixels;
+    size_t out = 0;
+    for (size_t in = 0; in < pixels.values.size(); in += pixels.channels)
+        for (int channel = 0; channel < channels; ++channel) pixels.values[out++] = pixels.values[in + channel];
+    pixels.values.resize(out);
+    pixels.channels = channels;
+    return pixels;
+}
+
+Image image(io::Pixels& pixels) {
+    return pixels.values.empty() ? Image{} : Image{.host = pixels.values.data(), .size = pixels.size};
+}
+
+class FrameLoop {
+  public:
+    FrameLoop(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler, const FrameOutput& output,
+              Trace& trace)
+        : sequence_(sequence),
+          upscaler_(upscaler),
+          output_(output),
+          trace_(trace),
+          reader_(sequence, 0, sequence.frames.size(), needs_motion, output.measure),
+          results_(sequence.frames.size()) {}
+
+    std::vector<FrameResult> run() {
+        Progress progress("upscaling");
+        const size_t count = sequence_.frames.size();
+        for (size_t i = 0; i < count; ++i) {
+            Slot& slot = slots_[i % slots_.size()];
+            if (slot.written.valid()) slot.written.get();
+            read(slot, i);
+            if (i == 0) trace_.device_starts();
+            submit(slot);
+            if (i > 0) finish(slots_[(i - 1) % slots_.size()]);
+            progress.update(i, count);
+        }
+        finish(slots_[(count - 1) % slots_.size()]);
+        for (Slot& slot : slots_)
+            if (slot.written.valid()) slot.written.get();
+        return std::move(results_);
+    }
+
+  private:
+    void read(Slot& slot, size_t index) {
+        slot.files = &sequence_.frames[index];
+        slot.result = &results_[index];
+        slot.result->name = slot.files->name;
+        slot.result->file = output_.folder / (slot.files->name + output_.extension);
+
+        const Trace::Span span(trace_, Trace::Track::main, "wait for input", slot.files->name);
+        slot.input = std::move(reader_.next()->pixels);
+        slot.input.color = with_channels(std::move(slot.input.color), 3);
+        slot.input.depth = with_channels(std::move(slot.input.depth), 1);
+        slot.input.motion = with_channels(std::move(slot.input.motion), 2);
+        const Size size = upscaler_.output_size();
+        slot.output = {size, 3, std::vector<float>(static_cast<size_t>(size.width) * size.height * 3)};
+    }
+
+    void submit(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "submit", slot.files->name);
+        FrameDescription frame;
+        frame.color = image(slot.input.color);
+        frame.depth = image(slot.input.depth);
+        frame.motion = image(slot.input.motion);
+        frame.jitter = slot.files->jitter;
+        frame.exposure = slot.files->exposure;
+        frame.near_plane = slot.files->near_plane;
+        frame.far_plane = slot.files->far_plane;
+        frame.reset = slot.files->reset;
+        frame.camera = slot.files->camera;
+        frame.output = image(slot.output);
+        slot.event = upscaler_.submit(frame);
+        for (const std::string& name : output_.views)
+            slot.views[name] = view_picture(upscaler_.view(name), upscaler_.output_size());
+    }
+
+    void finish(Slot& slot) {
+        {
+            const Trace::Span span(trace_, Trace::Track::main, "wait for device", slot.files->name);
+            slot.event->wait();
+        }
+        slot.result->invalid_motion_vectors = slot.event->invalid_motion_vectors();
+        slot.event.reset();
+        slot.written = std::async(std::launch::async, [this, &slot] { write(slot); });
+    }
+
+    void write(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::writer, "write", slot.files->name);
+        if (!slot.input.reference.values.empty()) {
+            const auto display = [&](const io::Pixels& pixels) {
+                return metrics::display_values(pixels, sequence_.color_space, slot.files->exposure);
+            };
+            slot.result->quality = metrics::measure(display(slot.output), display(slot.input.reference));
+        }
+        io::write_image(slot.result->file, slot.output,
+                        output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8);
+        for (const auto& [name, picture] : slot.views)
+            io::write_image(output_.folder / "views" / name / (slot.files->name + ".png"), picture, io::SampleType::u8);
+    }
+
+    const io::Sequence& sequence_;
+    Upscaler& upscaler_;
+    const FrameOutput& output_;
+    Trace& trace_;
+    io::FrameReader reader_;
+    std::vector<FrameResult> results_;
+    // Last: its writers use what is above.
+    std::array<Slot, 2> slots_;
+};
+
+}  // namespace
+
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler,
+                                        const FrameOutput& output, Trace& trace) {
+    return FrameLoop(sequence, needs_motion, upscaler, output, trace).run();
+}
+
+}  // namespace clarus::cli

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "clarus/upscaler.h"
+#include "cli/trace.h"
+#include "io/sequence.h"
+#include "metrics/quality.h"
+
+namespace clarus::cli {
+
+/// What the loop leaves in the folder.
+struct FrameOutput {
+    std::filesystem::path folder;
+    std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
+    std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
+    bool measure = true;             // compare with references where the sequence has them
+};
+
+struct FrameResult {
+    std::string name;
+    std::filesystem::path file;
+    unsigned invalid_motion_vectors = 0;
+    std::optional<metrics::FrameQuality> quality;
+};
+
+/// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, while the
+/// device works on one. Existing files of the same name are replaced.
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler,
+                                        const FrameOutput& output, Trace& trace);
+
+}  // namespace clarus::cli

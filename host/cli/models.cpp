@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <string>
+
+#include "clarus/model.h"
+#include "cli/commands.h"
+#include "io/safetensors.h"
+
+namespace clarus::cli {
+namespace {
+
+const char* name_of(io::DataType type) {
+    switch (type) {
+        case io::DataType::f32:
+            return "f32";
+        case io::DataType::f16:
+            return "f16";
+        case io::DataType::i8:
+            return "i8";
+        case io::DataType::i32:
+            break;
+    }
+    return "i32";
+}
+
+int64_t parameters(const io::Safetensors& tensors) {
+    int64_t count = 0;
+    for (const auto& [name, tensor] : tensors.tensors()) count += tensor.elements();
+    return count;
+}
+
+void print_models() {
+    fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
+    for (const std::string& name : Model::names()) {
+        const Model model = Model::find(name);
+        const io::Safetensors* tensors = model.tensors();
+        fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(),
+                   tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? parameters(*tensors) : 0);
+    }
+}
+
+void print_model(const std::string& name) {
+    const Model model = Model::find(name);
+    fmt::print("{}: pipeline {}, scale {:g}\n", model.name(), model.pipeline(), model.scale());
+    const io::Safetensors* tensors = model.tensors();
+    if (!tensors) {
+        fmt::print("A filter; --scale may be any number from 1 to 8.\n");
+        return;
+    }
+    fmt::print("file: {}\n\nmetadata\n", tensors->path().string());
+    for (const auto& [key, value] : model.metadata()) fmt::print("  {}: {}\n", key, value);
+    fmt::print("\ntensors\n");
+    for (const auto& [tensor_name, tensor] : tensors->tensors())
+        fmt::print("  {:<16}  {}  [{}]\n", tensor_name, name_of(tensor.type), fmt::join(tensor.shape, ", "));
+    fmt::print("\n{} parameters\n", parameters(*tensors));
+}
+
+}  // namespace
+
+void add_models_command(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand("models", "List the shipped models and the filters");
+    command.footer("Models are also looked for in the folders that CLARUS_MODEL_PATH names, separated by ':'.");
+    command.callback(print_models);
+}
+
+void add_model_command(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand("model", "Show a model's metadata and tensors");
+    const auto name = std::make_shared<std::string>();
+    command.add_option("FILE", *name, "A model file, or a name from `clarus models`")->required();
+    command.footer("Examples:\n  clarus model enss-s-x2\n  clarus model trained/enss-m.safetensors");
+    command.callback([name] { print_model(*name); });
+}
+
+}  // namespace clarus::cli

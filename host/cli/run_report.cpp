@@ -1,0 +1,140 @@
+#include "cli/run_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/log.h"
+#include "cli/quality_text.h"
+#include "io/file.h"
+
+namespace clarus::cli {
+namespace {
+
+const char* name_of(Precision precision) {
+    switch (precision) {
+        case Precision::fp32:
+            return "fp32";
+        case Precision::fp16:
+            return "fp16";
+        case Precision::automatic:
+            break;
+    }
+    return "auto";
+}
+
+nlohmann::ordered_json to_json(Size size) { return {size.width, size.height}; }
+
+nlohmann::ordered_json to_json(const FrameResult& frame) {
+    nlohmann::ordered_json json{
+        {"name", frame.name}, {"file", frame.file.string()}, {"invalid_motion_vectors", frame.invalid_motion_vectors}};
+    if (frame.quality) json.update(quality_json(*frame.quality));
+    return json;
+}
+
+nlohmann::ordered_json to_json(const StageProfile& stage) {
+    return {{"name", stage.name},
+            {"kernel", stage.kernel},
+            {"seconds", stage.seconds},
+            {"operations", stage.operations},
+            {"bytes", stage.bytes}};
+}
+
+template <typename T>
+nlohmann::ordered_json list(const std::vector<T>& items) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::array();
+    for (const T& item : items) json.push_back(to_json(item));
+    return json;
+}
+
+}  // namespace
+
+std::optional<metrics::SequenceQuality> RunReport::quality() const {
+    std::vector<metrics::FrameQuality> measured;
+    for (const FrameResult& frame : frames)
+        if (frame.quality) measured.push_back(*frame.quality);
+    if (measured.empty()) return std::nullopt;
+    return metrics::summarise(measured);
+}
+
+double RunReport::device_seconds_per_frame() const {
+    double seconds = 0;
+    for (const StageProfile& stage : stages) seconds += stage.seconds;
+    return seconds;
+}
+
+void RunReport::write_json(const std::filesystem::path& path) const {
+    nlohmann::ordered_json json{
+        {"sequence", sequence.string()},
+        {"model", {{"name", model.name()}, {"pipeline", model.pipeline()}, {"scale", model.scale()}}},
+        {"device",
+         {{"selector", device.selector},
+          {"name", device.name},
+          {"platform", device.platform},
+          {"opencl_version", device.opencl_version},
+          {"driver_version", device.driver_version}}},
+        {"precision", name_of(options.precision)},
+        {"render_size", to_json(render_size)},
+        {"output_size", to_json(output_size)},
+        {"memory",
+         {{"weights", memory.weights},
+          {"arena", memory.arena},
+          {"live_at_worst", memory.live_at_worst},
+          {"staging", memory.staging},
+          {"total", memory.total()}}},
+        {"programs_compiled", programs_compiled},
+        {"seconds", {{"prepare", prepare_seconds}, {"frames", frames_seconds}}},
+        {"stages", list(stages)},
+        {"frames", list(frames)}};
+    if (const auto measured = quality()) json["quality"] = quality_json(*measured);
+    const std::string text = json.dump(2) + "\n";
+    io::write_file_atomically(path, std::as_bytes(std::span(text)));
+}
+
+void RunReport::print_summary() const {
+    fmt::print("{} frames of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
+               output_size.width, output_size.height, model.name(), device.name,
+               frames_seconds * 1e3 / static_cast<double>(frames.size()));
+    if (!stages.empty()) fmt::print(", {:.1f} ms on the device", device_seconds_per_frame() * 1e3);
+    fmt::print("\n");
+    if (const auto measured = quality()) fmt::print("{}\n", to_text(*measured));
+
+    size_t vectors = 0, affected = 0;
+    for (const FrameResult& frame : frames) {
+        vectors += frame.invalid_motion_vectors;
+        affected += frame.invalid_motion_vectors > 0;
+    }
+    if (vectors > 0)
+        log(LogLevel::warning,
+            "{} motion vectors in {} of {} frames are invalid (not finite, or longer than the "
+            "image's diagonal); where they are used there is no history",
+            vectors, affected, frames.size());
+}
+
+void RunReport::print_stages() const {
+    const auto rate = [](double amount, double seconds) {
+        return seconds > 0 && amount > 0 ? fmt::format("{:.1f}", amount / seconds * 1e-9) : std::string("-");
+    };
+    size_t stage_width = 5, kernel_width = 6;
+    for (const StageProfile& stage : stages) {
+        stage_width = std::max(stage_width, stage.name.size());
+        kernel_width = std::max(kernel_width, stage.kernel.size());
+    }
+    const auto row = [&](const std::string& stage, const std::string& kernel, const std::string& time,
+                         const std::string& operations, const std::string& bytes) {
+        fmt::print("{:<{}}  {:<{}}  {:>8}  {:>8}  {:>8}\n", stage, stage_width, kernel, kernel_width, time, operations,
+                   bytes);
+    };
+    row("stage", "kernel", "ms", "GFLOP/s", "GB/s");
+    double operations = 0, bytes = 0;
+    for (const StageProfile& stage : stages) {
+        operations += stage.operations;
+        bytes += stage.bytes;
+        row(stage.name, stage.kernel, fmt::format("{:.3f}", stage.seconds * 1e3), rate(stage.operations, stage.seconds),
+            rate(stage.bytes, stage.seconds));
+    }
+    const double seconds = device_seconds_per_frame();
+    row("frame", "", fmt::format("{:.3f}", seconds * 1e3), rate(operations, seconds), rate(bytes, seconds));
+}
+
+}  // namespace clarus::cli

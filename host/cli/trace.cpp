@@ -1,0 +1,48 @@
+#include "cli/trace.h"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "io/file.h"
+
+namespace clarus::cli {
+
+void Trace::add(Track track, std::string name, std::string frame, double start, double end) {
+    const std::lock_guard lock(mutex_);
+    events_.push_back({track, std::move(name), std::move(frame), start, end});
+}
+
+void Trace::add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames) {
+    double first = std::numeric_limits<double>::infinity();
+    for (const StageProfile& stage : stages)
+        for (const auto& span : stage.spans) first = std::min(first, span[0]);
+
+    for (const StageProfile& stage : stages) {
+        for (size_t i = 0; i < std::min(stage.spans.size(), frames.size()); ++i)
+            add(Track::device, stage.name, frames[i], stage.spans[i][0] - first + device_start_,
+                stage.spans[i][1] - first + device_start_);
+    }
+}
+
+void Trace::write(const std::filesystem::path& path) const {
+    constexpr double microseconds = 1e6;
+    nlohmann::json events = nlohmann::json::array();
+    for (const auto& [track, name] :
+         {std::pair{Track::main, "main"}, {Track::writer, "writer"}, {Track::device, "device"}})
+        events.push_back(
+            {{"name", "thread_name"}, {"ph", "M"}, {"pid", 1}, {"tid", track}, {"args", {{"name", name}}}});
+    for (const Event& event : events_)
+        events.push_back({{"name", event.name},
+                          {"ph", "X"},
+                          {"pid", 1},
+                          {"tid", event.track},
+                          {"ts", event.start * microseconds},
+                          {"dur", (event.end - event.start) * microseconds},
+                          {"args", {{"frame", event.frame}}}});
+    const std::string text = nlohmann::json{{"traceEvents", events}, {"displayTimeUnit", "ms"}}.dump() + "\n";
+    io::write_file_atomically(path, std::as_bytes(std::span(text)));
+}
+
+}  // namespace clarus::cli

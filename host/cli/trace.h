@@ -1,0 +1,61 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "clarus/upscaler.h"
+
+namespace clarus::cli {
+
+/// Who did what when, for the Chrome trace viewer (chrome://tracing, ui.perfetto.dev). Thread-safe.
+class Trace {
+  public:
+    enum class Track { main = 1, writer, device };
+
+    /// Adds itself to the trace at the end of its life. `trace` must outlive it.
+    class Span {
+      public:
+        Span(Trace& trace, Track track, std::string name, std::string frame)
+            : trace_(trace), track_(track), name_(std::move(name)), frame_(std::move(frame)), start_(trace.now()) {}
+        ~Span() { trace_.add(track_, name_, frame_, start_, trace_.now()); }
+        Span(const Span&) = delete;
+        Span& operator=(const Span&) = delete;
+
+      private:
+        Trace& trace_;
+        Track track_;
+        std::string name_, frame_;
+        double start_;
+    };
+
+    /// Now the first frame goes to the device: the one moment at which its clock and the host's are taken to agree.
+    void device_starts() { device_start_ = now(); }
+
+    /// The stages' spans, one a frame.
+    void add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames);
+
+    /// Errors: file.
+    void write(const std::filesystem::path& path) const;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    struct Event {
+        Track track;
+        std::string name, frame;
+        double start, end;  // seconds since the trace began
+    };
+
+    double now() const { return std::chrono::duration<double>(Clock::now() - origin_).count(); }
+    void add(Track track, std::string name, std::string frame, double start, double end);
+
+    Clock::time_point origin_ = Clock::now();
+    double device_start_ = 0;
+    std::mutex mutex_;
+    std::vector<Event> events_;
+};
+
+}  // namespace clarus::cli

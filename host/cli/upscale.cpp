@@ -1,0 +1,218 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "cli/choice.h"
+#include "cli/commands.h"
+#include "cli/frame_loop.h"
+#include "cli/output_folder.h"
+#include "cli/progress.h"
+#include "cli/run_report.h"
+#include "cli/sequence_options.h"
+#include "cli/trace.h"
+#include "io/frames.h"
+
+namespace clarus::cli {
+namespace {
+
+enum class Format { png, exr };
+
+const std::vector<std::string> only_list{"list"};  // --view list
+
+struct UpscaleOptions {
+    SequenceOptions sequence;
+    std::string model;
+    std::optional<double> scale;
+    std::filesystem::path output;
+    std::string device = "auto";
+    Precision precision = Precision::fp32;
+    Tuning tuning = Tuning::stored;
+    std::optional<Format> format;
+    std::vector<std::string> views;
+    bool profile = false;
+    std::filesystem::path trace, report;
+};
+
+bool is_filter(const Model& model) { return !model.tensors(); }
+
+// A network has its scale; a filter takes --scale, else what the sequence was rendered for.
+struct Input {
+    Model model;
+    io::Sequence sequence;
+};
+
+Input read_input(const UpscaleOptions& options) {
+    Model model = Model::find(options.model, options.scale.value_or(2));
+    if (!is_filter(model) && options.scale && *options.scale != model.scale())
+        fail(ErrorKind::invalid_argument, "model {} upscales by {}, not by --scale {}; only filters take any scale",
+             model.name(), model.scale(), *options.scale);
+
+    io::Sequence sequence = options.sequence.read(model.scale());
+    if (is_filter(model)) {
+        model = Model::find(options.model, options.scale.value_or(sequence.scale));
+    } else if (model.scale() != sequence.scale) {
+        fail(ErrorKind::invalid_argument,
+             "model {} upscales by {}, but the sequence {} is made for {}; `clarus models` lists the models there are",
+             model.name(), model.scale(), options.sequence.path.string(), sequence.scale);
+    }
+    io::check_sequence(sequence, model.needs_motion());
+    return {std::move(model), std::move(sequence)};
+}
+
+Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
+    const bool linear = color_space == ColorSpace::linear;
+    const Format format = options.format.value_or(linear ? Format::exr : Format::png);
+    if (linear && format == Format::png)
+        fail(ErrorKind::invalid_argument,
+             "the sequence {} is linear HDR, which a PNG file cannot hold; use --format exr",
+             options.sequence.path.string());
+    return format;
+}
+
+UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence) {
+    UpscalerOptions result;
+    result.precision = options.precision;
+    result.tuning = options.tuning;
+    result.color_space = sequence.color_space;
+    result.depth = sequence.depth;
+    result.motion = sequence.motion_encoding();
+    result.profile = options.profile || !options.trace.empty() || !options.report.empty();
+    return result;
+}
+
+std::string listing(const std::vector<std::string>& names) {
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+void check_views(const std::vector<std::string>& wanted, const std::vector<std::string>& names, const Model& model) {
+    for (const std::string& view : wanted)
+        if (std::find(names.begin(), names.end(), view) == names.end())
+            fail(ErrorKind::invalid_argument, "{} has no view {}; there are: {}", model.name(), view, listing(names));
+}
+
+// Whatever can be known to fail does so here, before the first file is written.
+void prepare_folders(const UpscaleOptions& options, Size output_size) {
+    const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
+    require_writable_folder(options.output, largest_frame);
+    for (const std::string& view : options.views) require_writable_folder(options.output / "views" / view);
+    for (const std::filesystem::path& file : {options.trace, options.report})
+        if (!file.empty()) require_writable_folder(file.has_parent_path() ? file.parent_path() : ".");
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void upscale(const UpscaleOptions& options) {
+    const auto [model, sequence] = read_input(options);
+    const Format format = output_format(options, sequence.color_space);
+    const Device device = Device::open(options.device);
+    UpscalerOptions settings = upscaler_options(options, sequence);
+    if (!options.views.empty()) {
+        const std::vector<std::string> names = Upscaler(device, model, sequence.render_size, settings).view_names();
+        if (options.views == only_list) {
+            fmt::print("{}\n", fmt::join(names, "\n"));
+            return;
+        }
+        check_views(options.views, names, model);
+        settings.views = options.views;
+    }
+    Upscaler upscaler(device, model, sequence.render_size, settings);
+    prepare_folders(options, upscaler.output_size());
+
+    const auto start = std::chrono::steady_clock::now();
+    {
+        Progress progress("preparing");
+        upscaler.prepare([&](double fraction) { progress.update(fraction); });
+    }
+    const double prepare_seconds = seconds_since(start);
+
+    Trace trace;
+    const auto frames_start = std::chrono::steady_clock::now();
+    FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
+                       model.scale() == sequence.scale};
+    std::vector<FrameResult> frames = upscale_frames(sequence, model.needs_motion(), upscaler, output, trace);
+
+    const RunReport report{.sequence = options.sequence.path,
+                           .model = model,
+                           .device = device.profile(),
+                           .options = settings,
+                           .render_size = upscaler.render_size(),
+                           .output_size = upscaler.output_size(),
+                           .memory = upscaler.memory_requirements(),
+                           .programs_compiled = device.programs_compiled(),
+                           .prepare_seconds = prepare_seconds,
+                           .frames_seconds = seconds_since(frames_start),
+                           .frames = std::move(frames),
+                           .stages = upscaler.take_profile()};
+    report.print_summary();
+    if (options.profile) report.print_stages();
+    if (!options.report.empty()) report.write_json(options.report);
+    if (!options.trace.empty()) {
+        std::vector<std::string> names;
+        for (const io::FrameFiles& frame : sequence.frames) names.push_back(frame.name);
+        trace.add_device_spans(report.stages, names);
+        trace.write(options.trace);
+    }
+}
+
+}  // namespace
+
+void add_upscale_command(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand("upscale", "Upscale a sequence of rendered frames");
+    const auto options = std::make_shared<UpscaleOptions>();
+    command.add_option("SEQUENCE", options->sequence.path, "The sequence's folder or JSON")->required();
+    command.add_option("--model", options->model, "A shipped model's or filter's name (clarus models), or a file")
+        ->required();
+    command.add_option("-o,--output", options->output, "Folder for the images; those of the same name are replaced")
+        ->type_name("DIR");
+    command
+        .add_option("--device", options->device,
+                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
+        ->type_name("SEL");
+    command.add_option("--scale", options->scale, "For filters: any scale from 1 to 8 in place of the sequence's")
+        ->type_name("S");
+    options->sequence.add_to(command);
+    add_choice<Precision, Precision>(
+        command, "--precision", options->precision,
+        {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
+        "fp32 unless told; auto is fp16 where the device computes in half");
+    add_choice<Tuning, Tuning>(command, "--tuning", options->tuning,
+                               {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
+                               "Choose kernels by what was measured before, by measuring now, or by fixed rules");
+    add_choice<std::optional<Format>, Format>(command, "--format", options->format,
+                                              {{"png", Format::png}, {"exr", Format::exr}},
+                                              "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
+    command
+        .add_option("--view", options->views,
+                    "Also write what the pipeline saw inside, to DIR/views/NAME; `list` "
+                    "prints the names. May be repeated")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    command.add_flag("--profile", options->profile, "Print the time, GFLOP/s and GB/s of every stage");
+    command.add_option("--trace", options->trace, "Write a Chrome trace (chrome://tracing, ui.perfetto.dev)")
+        ->type_name("FILE");
+    command
+        .add_option("--report", options->report,
+                    "Write figures as JSON: quality where there are references, stages, device, memory")
+        ->type_name("FILE");
+    command.footer(
+        "Examples:\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"
+        "  clarus upscale sequence --model bicubic --output upscaled --frames 0:24\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled --device gpu --profile --report report.json\n"
+        "  clarus upscale sequence --model enss-s-x2 --view list");
+    command.callback([options] {
+        if (options->output.empty() && options->views != only_list) throw CLI::RequiredError("--output");
+        upscale(*options);
+    });
+}
+
+}  // namespace clarus::cli
