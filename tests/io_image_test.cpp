@@ -1,0 +1,169 @@
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "clarus/error.h"
+#include "io/file.h"
+#include "io/image.h"
+#include "temporary_folder.h"
+
+using namespace clarus;
+using namespace clarus::io;
+using doctest::Contains;
+
+namespace {
+
+/// Values that are no multiple of anything, in [-0.25, 1.25].
+Pixels test_image(Size size, int channels) {
+    Pixels pixels{size, channels, {}};
+    for (int i = 0; i < size.width * size.height * channels; ++i)
+        pixels.values.push_back(static_cast<float>(i * 7919 % 1009) / 1008 * 1.5f - 0.25f);
+    return pixels;
+}
+
+float clamped(float value) { return std::fmin(std::fmax(value, 0.0f), 1.0f); }
+
+size_t files_in(const std::filesystem::path& folder) {
+    return std::distance(std::filesystem::directory_iterator(folder), {});
+}
+
+/// Writes the first `keep` parts in 100 of a file to another.
+void cut(const std::filesystem::path& from, const std::filesystem::path& to, size_t keep) {
+    const std::string bytes = read_file(from);
+    std::ofstream(to, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size() * keep / 100));
+}
+
+/// While it lives, no file of this process may grow beyond a size: the disk is full.
+class FullDisk {
+  public:
+    explicit FullDisk(rlim_t size) {
+        handler_ = signal(SIGXFSZ, SIG_IGN);
+        getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limit{size, before_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FullDisk() {
+        setrlimit(RLIMIT_FSIZE, &before_);
+        signal(SIGXFSZ, handler_);
+    }
+
+  private:
+    rlimit before_{};
+    void (*handler_)(int);
+};
+
+}  // namespace
+
+TEST_CASE("8- and 16-bit PNG hold the nearest step of the clamped value, alpha and colour apart") {
+    const TemporaryFolder folder;
+    for (const int channels : {1, 2, 3, 4}) {
+        const Pixels image = test_image({37, 21}, channels);
+        for (const auto& [type, top] : {std::pair{SampleType::u8, 255.0f}, {SampleType::u16, 65535.0f}}) {
+            write_image(folder / "image.png", image, type);
+            const ImageHeader header = read_image_header(folder / "image.png");
+            CHECK(header.size == image.size);
+            CHECK(header.channels == channels);
+            const Pixels back = read_image(folder / "image.png");
+            REQUIRE(back.values.size() == image.values.size());
+            float worst = 0;
+            for (size_t i = 0; i < back.values.size(); ++i)
+                worst = std::fmax(worst,
+                                  std::fabs(back.values[i] * top - std::floor(clamped(image.values[i]) * top + 0.5f)));
+            CHECK(worst < 0.02f);
+        }
+    }
+}
+
+TEST_CASE("EXR holds floats exactly, beyond [0, 1] too, and halves to half's precision") {
+    const TemporaryFolder folder;
+    for (const int channels : {1, 2, 3, 4, 5}) {
+        Pixels image = test_image({16, 9}, channels);
+        image.values.front() = 1e6f;
+        write_image(folder / "image.exr", image, SampleType::f32);
+        const Pixels back = read_image(folder / "image.exr");
+        CHECK(back.size == image.size);
+        CHECK(back.channels == channels);
+        CHECK(back.values == image.values);
+
+        image.values.front() = 1000;
+        write_image(folder / "half.exr", image, SampleType::f16);
+        const Pixels halves = read_image(folder / "half.exr");
+        for (size_t i = 0; i < halves.values.size(); ++i)
+            REQUIRE(halves.values[i] == doctest::Approx(image.values[i]).epsilon(1.0 / 2048));
+    }
+}
+
+TEST_CASE("values that are not finite") {
+    const TemporaryFolder folder;
+    constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+    const Pixels image{{4, 1}, 1, {nan, infinity, -infinity, 0.5f}};
+    write_image(folder / "image.png", image, SampleType::u8);
+    CHECK(read_image(folder / "image.png").values[0] == 0);
+    CHECK(read_image(folder / "image.png").values[1] == 1);
+    CHECK(read_image(folder / "image.png").values[2] == 0);
+
+    write_image(folder / "image.exr", image, SampleType::f32);
+    const Pixels back = read_image(folder / "image.exr");
+    CHECK(std::isnan(back.values[0]));
+    CHECK(back.values[1] == infinity);
+    CHECK(back.values[2] == -infinity);
+}
+
+TEST_CASE("images that cannot be read are named, with the reason") {
+    const TemporaryFolder folder;
+    CHECK_THROWS_WITH_AS(read_image(folder / "none.png"), Contains("none.png: no such file"), Error);
+    CHECK_THROWS_WITH_AS(read_image(folder.path()), Contains("not a file"), Error);
+    std::ofstream(folder / "text.png") << "this is no picture";
+    CHECK_THROWS_WITH_AS(read_image_header(folder / "text.png"), Contains("text.png"), Error);
+    std::ofstream(folder / "empty.exr");
+    CHECK_THROWS_WITH_AS(read_image_header(folder / "empty.exr"), Contains("empty.exr"), Error);
+
+    const Pixels image = test_image({200, 100}, 3);
+    write_image(folder / "whole.png", image, SampleType::u8);
+    write_image(folder / "whole.exr", image, SampleType::f32);
+    for (const size_t keep : {1, 10, 50, 99}) {
+        for (const char* extension : {".png", ".exr"}) {
+            const auto file = folder / ("cut" + std::string(extension));
+            cut(folder / ("whole" + std::string(extension)), file, keep);
+            CAPTURE(keep);
+            CHECK_THROWS_WITH_AS(read_image(file), Contains(file.filename().c_str()), Error);
+        }
+    }
+}
+
+TEST_CASE("what cannot be written is refused and leaves nothing behind") {
+    const TemporaryFolder folder;
+    const Pixels image = test_image({64, 64}, 3);
+    CHECK_THROWS_WITH_AS(write_image(folder / "none/0000.png", image, SampleType::u8),
+                         Contains("none/0000.png: No such file or directory"), Error);
+    std::ofstream(folder / "file") << "in the way";
+    CHECK_THROWS_WITH_AS(write_image(folder / "file/0000.png", image, SampleType::u8), Contains("Not a directory"),
+                         Error);
+    std::filesystem::create_directories(folder / "0000.png" / "in the way");
+    CHECK_THROWS_WITH_AS(write_image(folder / "0000.png", image, SampleType::u8), Contains("0000.png: Is a directory"),
+                         Error);
+    CHECK_THROWS_WITH_AS(write_image(folder / "0001.unknown", image, SampleType::u8), Contains("0001.unknown"), Error);
+    CHECK_THROWS_WITH_AS(write_image(folder / "0001.exr", image, SampleType::u8), Contains("cannot hold uint8"), Error);
+    CHECK_THROWS_WITH_AS(write_image(folder / "0001.png", Pixels{{2, 2}, 3, {1, 2, 3}}, SampleType::u8),
+                         Contains("3 values are no 2x2 image with 3 channels"), Error);
+    CHECK_THROWS_AS(write_image(folder / "0001.png", Pixels{}, SampleType::u8), Error);
+    CHECK(files_in(folder.path()) == 2);
+}
+
+TEST_CASE("a disk that fills up costs no file that was there") {
+    const TemporaryFolder folder;
+    const Pixels image = test_image({64, 64}, 3), other = test_image({8, 8}, 3);
+    write_image(folder / "old.exr", other, SampleType::f32);
+    {
+        const FullDisk full(1000);
+        CHECK_THROWS_WITH_AS(write_image(folder / "new.exr", image, SampleType::f32),
+                             Contains("new.exr: File too large"), Error);
+        CHECK_THROWS_AS(write_image(folder / "old.exr", image, SampleType::f32), Error);
+    }
+    CHECK(files_in(folder.path()) == 1);
+    CHECK(read_image(folder / "old.exr").values == other.values);
+}
