@@ -35,8 +35,8 @@ struct Parameters {
     int in_channels = 0;
     int sets = 1;
     bool conditioned = false;    // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
-    std::vector<float> weights;  // [sets][out][in][3][3]
-    std::vector<float> biases;   // [sets][out]
+    std::vector<float> weights = {};  // [sets][out][in][3][3]
+    std::vector<float> biases = {};   // [sets][out]
 
     size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * 9; }
 };

@@ -60,6 +60,8 @@ class Device {
     static Device adopt(cl_context context, cl_device_id device, cl_command_queue queue);
 
     const DeviceProfile& profile() const;
+    /// How many OpenCL programs have been compiled from source for this device: 0 where the cache had them all.
+    int programs_compiled() const;
     ocl::Context& context() const { return *context_; }
 
   private:

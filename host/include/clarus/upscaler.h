@@ -15,6 +15,10 @@
 
 namespace clarus {
 
+namespace runtime {
+struct FrameResult;
+}
+
 enum class ColorSpace {
     srgb,    // display-encoded, [0, 1]; the output likewise
     linear,  // linear HDR; tone-mapped on the device for the network, the output is linear HDR again
@@ -91,18 +95,19 @@ struct StageProfile {
     std::vector<std::array<double, 2>> spans;  // start and end in seconds on the device's clock, a frame each
 };
 
-/// What a submitted frame leaves behind. A handle; the last copy releases the event.
+/// What a submitted frame leaves behind. A handle; copies mean the same frame.
 class FrameEvent {
   public:
+    explicit FrameEvent(std::shared_ptr<const runtime::FrameResult> result);
+    /// Waits until the output is there and the inputs may be reused. Errors: device.
     void wait() const;
-    cl_event get() const;  // to be retained by whoever keeps it
-    /// Invalid motion vectors of the frame (0 on a reset). Waits.
+    /// For wait lists of the caller's own commands; to be retained by whoever outlives this handle.
+    cl_event get() const;
+    /// Invalid motion vectors of the frame (0 on a reset frame). Waits.
     unsigned invalid_motion_vectors() const;
 
   private:
-    friend class Upscaler;
-    struct State;
-    std::shared_ptr<State> state_;
+    std::shared_ptr<const runtime::FrameResult> result_;
 };
 
 /// Runs one model on one stream of frames. Not thread-safe: one thread at a time; several upscalers are independent,
@@ -142,6 +147,10 @@ class Upscaler {
         std::vector<float> pixels;
     };
     View view(const std::string& name) const;
+
+    /// The most that a frame's jitter was away from the nearest jitter that the model has kernels for, in render pixels.
+    /// Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels").
+    double largest_jitter_distance() const;
 
     /// Stages with their times since the last call; empty unless options.profile.
     std::vector<StageProfile> take_profile();

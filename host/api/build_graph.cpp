@@ -1,0 +1,35 @@
+#include "api/build_graph.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "base/error.h"
+#include "pipelines/pipeline.h"
+
+namespace clarus {
+namespace {
+
+// Beyond this, element numbers of a 64-channel image leave 32 bits.
+constexpr int kLargestSide = 1 << 15;
+
+}  // namespace
+
+Size scaled(Size render, double scale) {
+    const Size output{static_cast<int>(std::lround(render.width * scale)),
+                      static_cast<int>(std::lround(render.height * scale))};
+    if (render.width < 1 || render.height < 1 || output.width > kLargestSide || output.height > kLargestSide)
+        fail(ErrorKind::invalid_argument, "render size {}x{} at scale {}: every side must be from 1 to {} pixels",
+             render.width, render.height, scale, kLargestSide);
+    return output;
+}
+
+graph::Graph build_graph(const Model& model, Size render, Size output) {
+    for (const pipelines::FilterPipeline& filter : pipelines::filters())
+        if (filter.name == model.pipeline()) return filter.build(model.scale(), render, output);
+    for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
+        if (pipeline.name == model.pipeline())
+            return pipeline.build(*model.tensors(), static_cast<int>(model.scale()), render);
+    throw std::logic_error("a model was loaded for a pipeline that is not there");
+}
+
+}  // namespace clarus

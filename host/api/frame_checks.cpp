@@ -1,0 +1,94 @@
+#include "api/frame_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace clarus {
+namespace {
+
+size_t bytes_of(ElementType type) { return type == ElementType::u8 ? 1 : type == ElementType::f16 ? 2 : 4; }
+
+void check_format(std::string_view name, const ImageFormat& format, int least, int most) {
+    if (format.channels < least || format.channels > most)
+        fail(ErrorKind::invalid_argument, "options.{}: {} channels; from {} to {} are possible", name, format.channels,
+             least, most);
+}
+
+void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size) {
+    if (image.empty()) fail(ErrorKind::invalid_argument, "frame.{}: neither host memory nor a buffer", name);
+    if (image.host && image.buffer)
+        fail(ErrorKind::invalid_argument, "frame.{}: host memory and a buffer; give one", name);
+    if (image.size != size)
+        fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels, expected {}x{}", name, image.size.width,
+             image.size.height, size.width, size.height);
+    const size_t element = bytes_of(format.type);
+    const size_t tight = element * format.channels * size.width;
+    if (image.row_pitch != 0 && image.row_pitch < tight)
+        fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is less than a row's {} bytes", name, image.row_pitch,
+             tight);
+    if (image.row_pitch % element != 0 || image.offset % element != 0)
+        fail(ErrorKind::invalid_argument, "frame.{}: row_pitch and offset must be multiples of {} bytes", name,
+             element);
+    if (image.host && image.offset != 0)
+        fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
+}
+
+void check_optional(std::string_view name, const Image& image, Size render, Size output) {
+    if (!image.empty() && image.size != render && image.size != output)
+        fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels; neither render nor output resolution", name,
+             image.size.width, image.size.height);
+}
+
+}  // namespace
+
+void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
+    constexpr int kMostChannels = 16;
+    check_format("color_format", options.color_format, 3, kMostChannels);
+    check_format("depth_format", options.depth_format, 1, kMostChannels);
+    check_format("motion_format", options.motion_format, 2, kMostChannels);
+    check_format("output_format", options.output_format, 3, 4);
+    if (options.motion_format.type == ElementType::u8)
+        fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
+    if (options.output_format.type == ElementType::u8 && options.color_space == ColorSpace::linear)
+        fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
+    for (const std::string& view : options.views) {
+        if (graph.views.contains(view)) continue;
+        std::string names;
+        for (const auto& [name, value] : graph.views) names += (names.empty() ? "" : ", ") + name;
+        fail(ErrorKind::invalid_argument, "no view is named \"{}\"; there are: {}", view,
+             names.empty() ? "none" : names);
+    }
+}
+
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output,
+                 bool needs_motion) {
+    check_image("color", frame.color, options.color_format, render);
+    if (needs_motion) {
+        check_image("depth", frame.depth, options.depth_format, render);
+        check_image("motion", frame.motion, options.motion_format, render);
+    }
+    check_image("output", frame.output, options.output_format, output);
+    if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
+        fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
+             frame.jitter.x, frame.jitter.y);
+    if (!(frame.exposure > 0) || !std::isfinite(frame.exposure))
+        fail(ErrorKind::invalid_argument, "frame.exposure: {}; must be greater than 0", frame.exposure);
+    if (needs_motion && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
+        fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
+             frame.far_plane);
+    check_optional("reactive_mask", frame.reactive_mask, render, output);
+    check_optional("transparency_mask", frame.transparency_mask, render, output);
+    check_optional("opaque_color", frame.opaque_color, render, output);
+    check_optional("hudless_color", frame.hudless_color, render, output);
+    check_optional("ui", frame.ui, render, output);
+}
+
+int sample_position(double jitter, int scale) {
+    // 0.001 keeps a jitter that lies on a sub-pixel's edge from depending on rounding.
+    return std::clamp(static_cast<int>(std::floor(scale * (0.5 + jitter) + 0.001)), 0, scale - 1);
+}
+
+}  // namespace clarus

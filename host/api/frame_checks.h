@@ -1,0 +1,18 @@
+#pragma once
+
+#include "clarus/upscaler.h"
+#include "graph/graph.h"
+
+namespace clarus {
+
+/// Errors: invalid_argument, naming the option.
+void check_options(const UpscalerOptions& options, const graph::Graph& graph);
+
+/// Errors: invalid_argument, naming the field of the frame description.
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output,
+                 bool needs_motion);
+
+/// One coordinate of q (conventions.md, "Sample position").
+int sample_position(double jitter, int scale);
+
+}  // namespace clarus

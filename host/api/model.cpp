@@ -1,0 +1,127 @@
+#include "clarus/model.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "base/error.h"
+#include "io/safetensors.h"
+#include "pipelines/pipeline.h"
+
+namespace clarus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLargestFilterScale = 8;
+
+/// Folders to look for shipped models in: $CLARUS_MODEL_PATH, then those known when Clarus was built.
+std::vector<fs::path> model_folders() {
+    std::vector<fs::path> folders;
+    const auto add = [&](const char* list) {
+        std::istringstream stream(list ? list : "");
+        for (std::string folder; std::getline(stream, folder, ':');)
+            if (!folder.empty()) folders.emplace_back(folder);
+    };
+    add(std::getenv("CLARUS_MODEL_PATH"));
+    add(CLARUS_MODEL_FOLDERS);
+    return folders;
+}
+
+std::vector<fs::path> shipped_models() {
+    std::vector<fs::path> files;
+    for (const fs::path& folder : model_folders()) {
+        std::error_code error;
+        for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+            if (entry.path().extension() == ".safetensors") files.push_back(entry.path());
+    }
+    std::stable_sort(files.begin(), files.end(),
+                     [](const fs::path& a, const fs::path& b) { return a.stem() < b.stem(); });
+    return files;
+}
+
+template <typename Entry>
+const Entry* find_named(std::span<const Entry> entries, std::string_view name) {
+    const auto found =
+        std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) { return entry.name == name; });
+    return found == entries.end() ? nullptr : &*found;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    return text;
+}
+
+}  // namespace
+
+struct Model::State {
+    std::string name, pipeline;
+    double scale = 1;
+    bool needs_motion = false;
+    std::optional<io::Safetensors> tensors;
+    std::map<std::string, std::string> metadata;
+};
+
+Model Model::load(const std::string& path) {
+    auto state = std::make_shared<State>();
+    state->tensors = io::Safetensors::read(path);
+    state->name = fs::path(path).stem().string();
+    state->pipeline = state->tensors->require_metadata("pipeline");
+    const pipelines::Pipeline* pipeline = find_named(pipelines::pipelines(), state->pipeline);
+    if (!pipeline) {
+        std::vector<std::string> names;
+        for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
+        fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", path, state->pipeline, joined(names));
+    }
+    const int scale = state->tensors->require_integer("scale", pipeline->smallest_scale, pipeline->largest_scale);
+    state->scale = scale;
+    state->needs_motion = pipeline->needs_motion;
+    state->metadata = state->tensors->metadata();
+    // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
+    pipeline->build(*state->tensors, scale, {8, 8});
+    Model model;
+    model.state_ = std::move(state);
+    return model;
+}
+
+Model Model::filter(const std::string& name, double scale) {
+    if (!find_named(pipelines::filters(), name))
+        fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
+    if (!(scale >= 1 && scale <= kLargestFilterScale))
+        fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is from 1 to {}", scale, kLargestFilterScale);
+    auto state = std::make_shared<State>();
+    state->name = state->pipeline = name;
+    state->scale = scale;
+    Model model;
+    model.state_ = std::move(state);
+    return model;
+}
+
+Model Model::find(const std::string& name_or_path, double scale) {
+    if (find_named(pipelines::filters(), name_or_path)) return filter(name_or_path, scale);
+    const bool is_path = name_or_path.find('/') != std::string::npos || fs::path(name_or_path).has_extension();
+    if (is_path) return load(name_or_path);
+    for (const fs::path& file : shipped_models())
+        if (file.stem() == name_or_path) return load(file.string());
+    fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors file",
+         name_or_path, joined(names()));
+}
+
+std::vector<std::string> Model::names() {
+    std::vector<std::string> names;
+    for (const fs::path& file : shipped_models())
+        if (names.empty() || names.back() != file.stem()) names.push_back(file.stem().string());
+    for (const pipelines::FilterPipeline& filter : pipelines::filters()) names.emplace_back(filter.name);
+    return names;
+}
+
+const std::string& Model::name() const { return state_->name; }
+const std::string& Model::pipeline() const { return state_->pipeline; }
+double Model::scale() const { return state_->scale; }
+bool Model::needs_motion() const { return state_->needs_motion; }
+const std::map<std::string, std::string>& Model::metadata() const { return state_->metadata; }
+const io::Safetensors* Model::tensors() const { return state_->tensors ? &*state_->tensors : nullptr; }
+
+}  // namespace clarus

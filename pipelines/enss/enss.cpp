@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "base/error.h"
+#include "pipelines/pipeline.h"
+
+// ENSS: Mercier et al. 2023, "Efficient neural supersampling on a novel gaming dataset" (pipelines.md, "ENSS").
+namespace clarus::pipelines {
+namespace {
+
+using graph::Activation;
+using graph::Border;
+using graph::FrameScalar;
+using graph::Graph;
+using graph::Parameters;
+using graph::Resource;
+using graph::Shift;
+using graph::Value;
+
+constexpr int64_t kAny = -1;
+
+/// Layer widths, read off the model's tensors.
+struct Widths {
+    int features;  // f
+    int body;      // m
+    int inputs;    // of the first convolution: 6 + 4s²
+    int outputs;   // of the last: 5s²
+};
+
+Widths read_widths(const io::Safetensors& model, int scale) {
+    Widths widths{0, 0, 6 + 4 * scale * scale, 5 * scale * scale};
+    if (model.has("first.weight"))
+        widths.features = static_cast<int>(
+            model.require("first.weight", std::array<int64_t, 5>{kAny, kAny, widths.inputs, 3, 3}).shape[1]);
+    else
+        widths.features = model.require_integer("features", 1, 1 << 12);
+    while (model.has("body." + std::to_string(widths.body) + ".weight")) ++widths.body;
+    return widths;
+}
+
+Parameters body_layer(const io::Safetensors& model, int index, int features) {
+    const std::string name = "body." + std::to_string(index);
+    Parameters parameters{features, features};
+    parameters.weights = model.require(name + ".weight", std::array<int64_t, 4>{features, features, 3, 3}).floats();
+    parameters.biases = model.require(name + ".bias", std::array<int64_t, 1>{features}).floats();
+    return parameters;
+}
+
+/// A jitter-conditioned layer: the sets of its table, none where the model has only the predictor.
+Parameters conditioned_layer(const io::Safetensors& model, const std::string& name, int out, int in, int sets) {
+    Parameters parameters{out, in, sets, true};
+    if (sets == 0) return parameters;
+    parameters.weights = model.require(name + ".weight", std::array<int64_t, 5>{sets, out, in, 3, 3}).floats();
+    parameters.biases = model.require(name + ".bias", std::array<int64_t, 2>{sets, out}).floats();
+    return parameters;
+}
+
+std::vector<Vec2> read_table(const io::Safetensors& model, int sets) {
+    std::vector<Vec2> table;
+    if (sets == 0 || (sets == 1 && !model.has("jitter"))) return table;
+    const std::vector<float> values = model.require("jitter", std::array<int64_t, 2>{sets, 2}).floats();
+    for (int set = 0; set < sets; ++set) table.push_back({values[2 * set], values[2 * set + 1]});
+    return table;
+}
+
+std::vector<graph::DenseLayer> read_predictor(const io::Safetensors& model, int outputs) {
+    constexpr int kLayers = 7;
+    std::vector<graph::DenseLayer> layers;
+    if (!model.has("mlp.0.weight")) return layers;
+    int64_t in = 2;
+    for (int index = 0; index < kLayers; ++index) {
+        const std::string name = "mlp." + std::to_string(index);
+        const int64_t expected = index + 1 < kLayers ? kAny : outputs;
+        const io::Tensor& weight = model.require(name + ".weight", std::array<int64_t, 2>{expected, in});
+        const int64_t out = weight.shape[0];
+        const io::Tensor& bias = model.require(name + ".bias", std::array<int64_t, 1>{out});
+        layers.push_back({static_cast<int>(out), static_cast<int>(in), weight.floats(), bias.floats()});
+        in = out;
+    }
+    return layers;
+}
+
+int table_sets(const io::Safetensors& model) {
+    if (!model.has("first.weight")) return 0;
+    return static_cast<int>(model.tensors().at("first.weight").shape[0]);
+}
+
+}  // namespace
+
+graph::Graph build_enss(const io::Safetensors& model, int scale, Size render) {
+    const Widths widths = read_widths(model, scale);
+    const int sets = table_sets(model);
+    Parameters first = conditioned_layer(model, "first", widths.features, widths.inputs, sets);
+    Parameters last = conditioned_layer(model, "last", widths.outputs, widths.features, sets);
+    const int predicted =
+        static_cast<int>(first.weights_per_set() + last.weights_per_set()) + widths.features + widths.outputs;
+    graph::JitterKernels kernels{read_table(model, sets), read_predictor(model, predicted), {}};
+    if (sets == 0 && kernels.predictor.empty())
+        fail(ErrorKind::file, "{}: neither a table of kernels (first.weight) nor a perceptron (mlp.0.weight)",
+             model.path().string());
+
+    Graph graph;
+    const Value color = graph.input(Resource::color, render);
+    const Value depth = graph.input(Resource::depth, render);
+    const Value motion = graph.input(Resource::motion, render);
+    // Last frame's output and feature, side by side: one warp serves both.
+    const Value history = graph.previous({4, render.height * scale, render.width * scale}, "history");
+
+    // Steps 1 and 2.
+    const Value block_motion = graph.dilate(motion, depth, scale);
+    const Value warped = graph.warp(history, block_motion, graph::kDilationBlock, Border::clamp, color, scale);
+    const Value warped_color = graph.slice(warped, 0, 3);
+
+    // Steps 3 and 4.
+    Value x = graph.concat({color, depth, graph.plane(FrameScalar::jitter_x, render),
+                            graph.plane(FrameScalar::jitter_y, render), graph.space_to_depth(warped, scale)});
+    x = graph.convolution(x, std::move(first), Activation::relu, "first convolution");
+    kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
+    for (int layer = 0; layer < widths.body; ++layer)
+        x = graph.convolution(x, body_layer(model, layer, widths.features), Activation::relu,
+                              "convolution " + std::to_string(layer + 1));
+    x = graph.convolution(x, std::move(last), Activation::none, "last convolution");
+    kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
+    graph.jitter_kernels = std::move(kernels);
+
+    // Steps 5 and 6.
+    const Value predictions = graph.depth_to_space(x, scale);
+    const Value alpha = graph.sigmoid(graph.slice(predictions, 0, 1), "alpha");
+    const Value candidate = graph.slice(predictions, 1, 3);
+    const Value feature = graph.slice(predictions, 4, 1);
+    graph.output = graph.clamp(graph.mix(candidate, warped_color, alpha, "blend"), 0, 1, "blend");
+    graph.carry(history, graph.concat({graph.output, feature}));
+
+    graph.views = {{"alpha", alpha},         {"candidate", candidate}, {"feature", feature},
+                   {"motion", block_motion}, {"warped", warped_color}, {"input_motion", motion},
+                   {"input_depth", depth},   {"input_color", color},   {"output", graph.output}};
+    return graph;
+}
+
+}  // namespace clarus::pipelines
