@@ -1,0 +1,61 @@
+#include <fmt/format.h>
+
+#include "bench/suite.h"
+#include "cl/context.h"
+#include "runtime/launch.h"
+#include "runtime/tuner.h"
+
+namespace clarus::bench {
+namespace {
+
+using namespace clarus::runtime;
+
+constexpr Size kSize{960, 540};
+
+cl::Buffer filled(ocl::Context& context, size_t bytes) {
+    const cl::Buffer buffer(context.context(), CL_MEM_READ_WRITE, bytes);
+    context.queue().enqueueFillBuffer(buffer, cl_float(0.01f), 0, bytes / sizeof(cl_float) * sizeof(cl_float));
+    return buffer;
+}
+
+Item item(const Device& device, const Problem& problem, const Selection& selection, int channels) {
+    ocl::Context& context = device.context();
+    const Lowered lowered = selection.lower(problem);
+    Bindings bindings;
+    bindings.inputs = {filled(context, memory_bytes(problem.inputs[0]))};
+    bindings.output = filled(context, memory_bytes(problem.output));
+    bindings.packed_weights = filled(context, lowered.packing->floats * sizeof(float));
+    auto launch = std::make_shared<Launch>(context, lowered.call);
+    launch->bind(bindings);
+    return {fmt::format("{0}→{0} {1}", channels, selection.describe()),
+            2.0 * 9 * channels * channels * kSize.width * kSize.height, 0, [&context, launch, bindings] {
+                cl::Event event;
+                launch->enqueue(context.queue(), &event);
+                event.wait();
+                return 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                                  event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+            }};
+}
+
+}  // namespace
+
+std::vector<Item> convolution_items(const Device& device) {
+    std::vector<Item> items;
+    for (const int channels : {16, 32, 64}) {
+        const TensorLayout layout{0, Storage::f32, kSize.width, kSize.height, channels, 1, channels, 0};
+        const graph::Parameters parameters{channels, channels};
+        Problem problem{
+            {graph::Convolution{0, graph::Activation::relu}, {0}, {channels, kSize.height, kSize.width}, ""},
+            {layout},
+            layout,
+            &parameters};
+        for (const Implementation& implementation : implementations(problem.node)) {
+            if (implementation.preference(problem, device.profile()) == 0) continue;
+            const Selection selection{&implementation, implementation.choices(problem, device.profile()).front()};
+            items.push_back(item(device, problem, selection, channels));
+        }
+    }
+    return items;
+}
+
+}  // namespace clarus::bench

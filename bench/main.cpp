@@ -1,0 +1,138 @@
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+
+#include "base/error.h"
+#include "bench/suite.h"
+
+namespace clarus::bench {
+namespace {
+
+/// Google Benchmark's console output replaced by a record of every repetition's time.
+class Record : public benchmark::ConsoleReporter {
+  public:
+    void ReportRuns(const std::vector<Run>& runs) override {
+        for (const Run& run : runs) {
+            if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
+            seconds_[run.benchmark_name()].push_back(run.real_accumulated_time / static_cast<double>(run.iterations));
+        }
+    }
+    double median(const std::string& name) const {
+        for (const auto& [full_name, seconds] : seconds_) {
+            if (full_name.rfind(name + "/", 0) != 0) continue;
+            std::vector<double> sorted = seconds;
+            std::sort(sorted.begin(), sorted.end());
+            return sorted[sorted.size() / 2];
+        }
+        return 0;  // filtered out
+    }
+
+  private:
+    std::map<std::string, std::vector<double>> seconds_;
+};
+
+void enroll(const std::string& name, int repetitions, std::function<double()> run) {
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [run = std::move(run)](benchmark::State& state) {
+                                     for ([[maybe_unused]] auto turn : state) state.SetIterationTime(run());
+                                 })
+        ->UseManualTime()
+        ->Iterations(1)
+        ->Repetitions(repetitions);
+}
+
+/// A seconds figure and what it is a share of.
+void print_frame(FrameBench& frame, double median, double peak, double bandwidth) {
+    const std::vector<StageProfile> stages = frame.stages();
+    double dense = 0, floor = 0;
+    fmt::print("\n{} at 1920×1080, ×2\n{:<20}{:>9}{:>9}{:>10}{:>8}  {}\n", frame.name(), "stage", "ms", "floor",
+               "GFLOP/s", "GB/s", "kernel");
+    for (const StageProfile& stage : stages) {
+        const double least = std::max(stage.operations / peak, stage.bytes / bandwidth);
+        floor += least;
+        if (stage.name.find("convolution") != std::string::npos) dense += stage.operations / peak;
+        fmt::print("{:<20}{:>9.2f}{:>9.2f}{:>10.1f}{:>8.1f}  {}\n", stage.name, 1e3 * stage.seconds, 1e3 * least,
+                   1e-9 * stage.operations / stage.seconds, 1e-9 * stage.bytes / stage.seconds, stage.kernel);
+    }
+    const MemoryRequirements memory = frame.memory();
+    fmt::print("{:<20}{:>9.2f}{:>9.2f}\n", "frame", 1e3 * median, 1e3 * floor);
+    fmt::print("{:.2f} × the dense convolutions at the peak ({:.2f} ms)\n", median / dense, 1e3 * dense);
+    fmt::print("memory: arena {:.1f} MiB, live at the worst moment {:.1f} MiB (ratio {:.3f}), weights {:.1f} MiB\n",
+               memory.arena / 1048576.0, memory.live_at_worst / 1048576.0,
+               static_cast<double>(memory.arena) / static_cast<double>(memory.live_at_worst),
+               memory.weights / 1048576.0);
+}
+
+int run(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    const char* selector = argc > 1 ? argv[1] : "auto";
+    const Device device = Device::open(selector);
+    fmt::print("{} ({}, {} compute units)\n", device.profile().name, device.profile().opencl_version,
+               device.profile().compute_units);
+
+    constexpr int kKernelRepetitions = 15, kFrameRepetitions = 15;
+    const std::vector<Item> peaks = peak_items(device), convolutions = convolution_items(device);
+    const Item copy = copy_item(device);
+    for (const Item& item : peaks) enroll("peak " + item.name, kKernelRepetitions, item.run);
+    for (const Item& item : convolutions) enroll("convolution " + item.name, kKernelRepetitions, item.run);
+    enroll(copy.name, kKernelRepetitions, copy.run);
+    std::vector<std::unique_ptr<FrameBench>> frames;
+    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-S", 16, 1, Tuning::stored));
+    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-M", 32, 3, Tuning::stored));
+    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-L", 64, 5, Tuning::stored));
+    for (const auto& frame : frames) enroll(frame->name(), kFrameRepetitions, [&] { return frame->run(); });
+
+    Record record;
+    benchmark::RunSpecifiedBenchmarks(&record);
+
+    const double by_clpeak = clpeak_peak(device);
+    double by_sweep = 0, by_convolutions = 0;
+    std::string widest;
+    for (const Item& item : peaks) {
+        const double seconds = record.median("peak " + item.name);
+        if (seconds == 0 || item.operations / seconds <= by_sweep) continue;
+        by_sweep = item.operations / seconds;
+        widest = item.name;
+    }
+    for (const Item& item : convolutions) {
+        const double seconds = record.median("convolution " + item.name);
+        // Winograd does fewer operations than are counted.
+        if (seconds > 0 && item.name.find("winograd") == std::string::npos)
+            by_convolutions = std::max(by_convolutions, item.operations / seconds);
+    }
+    const double peak = std::max({by_clpeak, by_sweep, by_convolutions});
+    const double bandwidth = copy.bytes / record.median("copy");
+    fmt::print(
+        "\nmultiply–add peak {:.1f} GFLOP/s: the most of a sweep ({:.1f}, {}), clpeak ({:.1f}), convolutions "
+        "({:.1f})\n",
+        1e-9 * peak, 1e-9 * by_sweep, widest, 1e-9 * by_clpeak, 1e-9 * by_convolutions);
+    fmt::print("copy bandwidth {:.1f} GB/s\n", 1e-9 * bandwidth);
+
+    fmt::print("\nconvolution 3×3 at 960×540\n{:<52}{:>9}{:>10}{:>10}\n", "", "ms", "GFLOP/s", "of peak");
+    for (const Item& item : convolutions) {
+        const double seconds = record.median("convolution " + item.name);
+        if (seconds > 0)
+            fmt::print("{:<52}{:>9.2f}{:>10.1f}{:>9.0f}%\n", item.name, 1e3 * seconds, 1e-9 * item.operations / seconds,
+                       100 * item.operations / seconds / peak);
+    }
+    for (const auto& frame : frames) {
+        const double median = record.median(frame->name());
+        if (median > 0) print_frame(*frame, median, peak, bandwidth);
+    }
+    return EXIT_SUCCESS;
+}
+
+}  // namespace
+}  // namespace clarus::bench
+
+int main(int argc, char** argv) {
+    try {
+        return clarus::bench::run(argc, argv);
+    } catch (const clarus::Error& error) {
+        fmt::print(stderr, "clarus_bench: {}\n", error.what());
+        return EXIT_FAILURE;
+    }
+}

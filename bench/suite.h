@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clarus/upscaler.h"
+
+namespace clarus::bench {
+
+/// One thing to be timed. `run` does it once and returns the seconds that the device took.
+struct Item {
+    std::string name;
+    double operations = 0;
+    double bytes = 0;
+    std::function<double()> run;
+};
+
+/// The multiply–add sweep over vector widths and accumulators.
+std::vector<Item> peak_items(const Device& device);
+/// One large copy, counting bytes read and written.
+Item copy_item(const Device& device);
+/// The most that `clpeak` reaches in single precision on this device, in operations a second; 0 where it is not
+/// installed.
+double clpeak_peak(const Device& device);
+
+/// Every convolution implementation with its built-in choices, 3×3 at 960×540.
+std::vector<Item> convolution_items(const Device& device);
+
+/// A network's frame at 1920×1080 output, images on the device. Its weights are random: time does not depend on them.
+class FrameBench {
+  public:
+    FrameBench(const Device& device, std::string name, int features, int middle, Tuning tuning);
+
+    const std::string& name() const { return name_; }
+    /// One frame; seconds from the first stage's start to the last one's end.
+    double run();
+    /// Stages of all frames so far, medians; empties the record.
+    std::vector<StageProfile> stages();
+    MemoryRequirements memory() const { return upscaler_.memory_requirements(); }
+
+  private:
+    std::string name_;
+    Upscaler upscaler_;
+    std::vector<std::shared_ptr<void>> buffers_;
+    FrameDescription frame_;
+    std::vector<StageProfile> stages_;
+};
+
+}  // namespace clarus::bench

@@ -1,0 +1,187 @@
+#include <CL/cl.h>
+
+#include <exception>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "clarus/clarus.h"
+#include "clarus/error.h"
+#include "clarus/log.h"
+#include "clarus/upscaler.h"
+
+struct clarus_device {
+    clarus::Device device;
+};
+struct clarus_model {
+    clarus::Model model;
+};
+struct clarus_upscaler {
+    clarus::Upscaler upscaler;
+    std::optional<clarus::FrameEvent> last;
+};
+
+namespace {
+
+thread_local std::string last_error;
+
+clarus_status status_of(clarus::ErrorKind kind) {
+    switch (kind) {
+        case clarus::ErrorKind::invalid_argument:
+            return CLARUS_INVALID_ARGUMENT;
+        case clarus::ErrorKind::file:
+            return CLARUS_FILE;
+        case clarus::ErrorKind::no_device:
+            return CLARUS_NO_DEVICE;
+        case clarus::ErrorKind::build:
+            return CLARUS_BUILD;
+        case clarus::ErrorKind::out_of_memory:
+            return CLARUS_OUT_OF_MEMORY;
+        case clarus::ErrorKind::device:
+            return CLARUS_DEVICE;
+    }
+    return CLARUS_INTERNAL;
+}
+
+/// No exception crosses into C.
+template <typename F>
+clarus_status guarded(F&& f) {
+    try {
+        std::forward<F>(f)();
+        return CLARUS_OK;
+    } catch (const clarus::Error& error) {
+        last_error = error.what();
+        return status_of(error.kind());
+    } catch (const std::bad_alloc& error) {
+        last_error = error.what();
+        return CLARUS_OUT_OF_MEMORY;
+    } catch (const std::exception& error) {
+        last_error = error.what();
+        return CLARUS_INTERNAL;
+    }
+}
+
+clarus::ImageFormat format(clarus_format from) { return {static_cast<clarus::ElementType>(from.type), from.channels}; }
+clarus_format format(clarus::ImageFormat from) { return {static_cast<clarus_element_type>(from.type), from.channels}; }
+
+clarus::Image image(const clarus_image& from) {
+    return {from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}};
+}
+
+clarus::UpscalerOptions options_from(const clarus_options& from) {
+    clarus::UpscalerOptions options;
+    options.precision = static_cast<clarus::Precision>(from.precision);
+    options.tuning = static_cast<clarus::Tuning>(from.tuning);
+    options.color_space = from.linear_color ? clarus::ColorSpace::linear : clarus::ColorSpace::srgb;
+    options.depth = {from.depth_projective != 0, from.depth_reversed != 0};
+    options.motion = {
+        {from.motion_scale_x, from.motion_scale_y}, from.motion_jittered != 0, from.motion_sampled_at_jitter != 0};
+    options.color_format = format(from.color_format);
+    options.depth_format = format(from.depth_format);
+    options.motion_format = format(from.motion_format);
+    options.output_format = format(from.output_format);
+    return options;
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* clarus_last_error(void) { return last_error.c_str(); }
+
+void clarus_set_log_callback(void (*callback)(clarus_log_level, const char*, void*), void* user) {
+    if (!callback) return clarus::set_log_callback({});
+    clarus::set_log_callback([callback, user](clarus::LogLevel level, std::string_view message) {
+        callback(static_cast<clarus_log_level>(level), std::string(message).c_str(), user);
+    });
+}
+
+clarus_status clarus_device_open(const char* selector, clarus_device** device) {
+    return guarded([&] { *device = new clarus_device{clarus::Device::open(selector ? selector : "auto")}; });
+}
+
+clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device) {
+    return guarded([&] { *device = new clarus_device{clarus::Device::adopt(context, id, queue)}; });
+}
+
+void clarus_device_release(clarus_device* device) { delete device; }
+
+clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_model** model) {
+    return guarded([&] { *model = new clarus_model{clarus::Model::find(name_or_path, scale)}; });
+}
+
+void clarus_model_release(clarus_model* model) { delete model; }
+
+clarus_options clarus_default_options(void) {
+    const clarus::UpscalerOptions from;
+    clarus_options options{};
+    options.motion_scale_x = from.motion.scale.x;
+    options.motion_scale_y = from.motion.scale.y;
+    options.color_format = format(from.color_format);
+    options.depth_format = format(from.depth_format);
+    options.motion_format = format(from.motion_format);
+    options.output_format = format(from.output_format);
+    return options;
+}
+
+clarus_frame clarus_default_frame(void) {
+    clarus_frame frame{};
+    frame.exposure = 1;
+    return frame;
+}
+
+clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_model* model, int render_width,
+                                     int render_height, const clarus_options* options, clarus_upscaler** upscaler) {
+    return guarded([&] {
+        const clarus_options used = options ? *options : clarus_default_options();
+        *upscaler = new clarus_upscaler{
+            clarus::Upscaler(device->device, model->model, {render_width, render_height}, options_from(used)), {}};
+    });
+}
+
+void clarus_upscaler_release(clarus_upscaler* upscaler) { delete upscaler; }
+
+void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, int* height) {
+    const clarus::Size size = upscaler->upscaler.output_size();
+    *width = size.width;
+    *height = size.height;
+}
+
+clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler) {
+    const clarus::MemoryRequirements memory = upscaler->upscaler.memory_requirements();
+    return {memory.weights, memory.arena, memory.live_at_worst, memory.staging};
+}
+
+clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler) {
+    return guarded([&] { upscaler->upscaler.prepare(); });
+}
+
+clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* from, cl_event* done) {
+    return guarded([&] {
+        clarus::FrameDescription frame;
+        frame.color = image(from->color);
+        frame.depth = image(from->depth);
+        frame.motion = image(from->motion);
+        frame.jitter = {from->jitter_x, from->jitter_y};
+        frame.exposure = from->exposure;
+        frame.near_plane = from->near_plane;
+        frame.far_plane = from->far_plane;
+        frame.reset = from->reset != 0;
+        frame.output = image(from->output);
+        frame.wait_for = {from->wait_for, from->wait_for_count};
+        upscaler->last = upscaler->upscaler.submit(frame);
+        if (!done) return;
+        *done = upscaler->last->get();
+        clRetainEvent(*done);
+    });
+}
+
+clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler) {
+    return guarded([&] {
+        if (upscaler->last) upscaler->last->wait();
+    });
+}
+
+void clarus_upscaler_reset(clarus_upscaler* upscaler) { upscaler->upscaler.reset(); }
+
+}  // extern "C"

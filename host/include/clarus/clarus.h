@@ -1,0 +1,113 @@
+#ifndef CLARUS_H
+#define CLARUS_H
+
+/* The library for C, and for whatever calls C. It says what the C++ headers beside it say, which document every field:
+   device.h, model.h, upscaler.h, types.h. Functions that return clarus_status return CLARUS_OK or what went wrong, and
+   clarus_last_error() then tells it in words. Start structs from clarus_default_options() and clarus_default_frame().
+ */
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct _cl_context* cl_context;
+typedef struct _cl_device_id* cl_device_id;
+typedef struct _cl_command_queue* cl_command_queue;
+typedef struct _cl_mem* cl_mem;
+typedef struct _cl_event* cl_event;
+
+typedef struct clarus_device clarus_device;
+typedef struct clarus_model clarus_model;
+typedef struct clarus_upscaler clarus_upscaler;
+
+typedef enum clarus_status {
+    CLARUS_OK,
+    CLARUS_INVALID_ARGUMENT,
+    CLARUS_FILE,
+    CLARUS_NO_DEVICE,
+    CLARUS_BUILD,
+    CLARUS_OUT_OF_MEMORY,
+    CLARUS_DEVICE,
+    CLARUS_INTERNAL
+} clarus_status;
+
+typedef enum clarus_element_type { CLARUS_U8, CLARUS_F16, CLARUS_F32 } clarus_element_type;
+typedef enum clarus_precision { CLARUS_FP32, CLARUS_FP16, CLARUS_AUTOMATIC } clarus_precision;
+typedef enum clarus_tuning { CLARUS_STORED, CLARUS_MEASURE, CLARUS_FIXED } clarus_tuning;
+typedef enum clarus_log_level { CLARUS_LOG_DEBUG, CLARUS_LOG_INFO, CLARUS_LOG_WARNING } clarus_log_level;
+
+typedef struct clarus_format {
+    clarus_element_type type;
+    int channels;
+} clarus_format;
+
+typedef struct clarus_options {
+    clarus_precision precision;
+    clarus_tuning tuning;
+    int linear_color; /* 0: display-encoded sRGB, 1: linear HDR */
+    int depth_projective, depth_reversed;
+    float motion_scale_x, motion_scale_y;
+    int motion_jittered, motion_sampled_at_jitter;
+    clarus_format color_format, depth_format, motion_format, output_format;
+} clarus_options;
+
+typedef struct clarus_image {
+    void* host;
+    cl_mem buffer;
+    size_t offset, row_pitch;
+    int width, height;
+} clarus_image;
+
+typedef struct clarus_frame {
+    clarus_image color, depth, motion;
+    float jitter_x, jitter_y;
+    float exposure;
+    float near_plane, far_plane;
+    int reset;
+    clarus_image output;
+    const cl_event* wait_for;
+    size_t wait_for_count;
+} clarus_frame;
+
+typedef struct clarus_memory {
+    size_t weights, arena, live_at_worst, staging;
+} clarus_memory;
+
+/* What the last failed call of this thread was about. */
+const char* clarus_last_error(void);
+
+void clarus_set_log_callback(void (*callback)(clarus_log_level level, const char* message, void* user), void* user);
+
+clarus_status clarus_device_open(const char* selector, clarus_device** device);
+clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device);
+void clarus_device_release(clarus_device* device);
+
+/* A shipped model's or filter's name, or a file. `scale` is used by filters alone. */
+clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_model** model);
+void clarus_model_release(clarus_model* model);
+
+clarus_options clarus_default_options(void);
+clarus_frame clarus_default_frame(void);
+
+/* Device and model may be released afterwards. */
+clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_model* model, int render_width,
+                                     int render_height, const clarus_options* options, clarus_upscaler** upscaler);
+void clarus_upscaler_release(clarus_upscaler* upscaler);
+
+void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, int* height);
+clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler);
+clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler);
+
+/* `done` may be NULL; else it receives an event that the caller releases with clReleaseEvent. */
+clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* frame, cl_event* done);
+/* Waits for the last submitted frame. */
+clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler);
+void clarus_upscaler_reset(clarus_upscaler* upscaler);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,107 @@
+#include "graph/graph.h"
+
+#include <doctest/doctest.h>
+
+#include <stdexcept>
+
+#include "graph/passes.h"
+
+using namespace clarus;
+using namespace clarus::graph;
+
+namespace {
+
+int count(const Graph& graph, bool (*matches)(const Node&)) {
+    int matching = 0;
+    for (const Node& node : graph.nodes) matching += matches(node);
+    return matching;
+}
+
+bool is_pointwise(const Node& node) { return std::holds_alternative<Pointwise>(node.op); }
+bool is_concat(const Node& node) { return std::holds_alternative<Concat>(node.op); }
+
+Parameters parameters(int out, int in) {
+    Parameters result{out, in};
+    result.weights.assign(result.weights_per_set(), 0);
+    result.biases.assign(out, 0);
+    return result;
+}
+
+}  // namespace
+
+TEST_SUITE("small") {
+    TEST_CASE("shapes follow from operators") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {7, 5});
+        const Value depth = graph.input(Resource::depth, {7, 5});
+        const Value motion = graph.input(Resource::motion, {7, 5});
+        CHECK(graph.shape(graph.upsample(color, 3, Shift::jitter, "up")) == Shape{3, 15, 21});
+        CHECK(graph.shape(graph.dilate(motion, depth, 3)) == Shape{2, 2, 3});
+        CHECK(graph.shape(graph.concat({color, depth})) == Shape{4, 5, 7});
+        const Value image = graph.previous({4, 10, 14}, "image");
+        CHECK(graph.shape(graph.space_to_depth(image, 2)) == Shape{16, 5, 7});
+        CHECK(graph.shape(graph.depth_to_space(graph.space_to_depth(image, 2), 2)) == Shape{4, 10, 14});
+        CHECK(graph.shape(graph.convolution(color, parameters(8, 3), Activation::relu, "c")) == Shape{8, 5, 7});
+        CHECK_THROWS_AS(graph.convolution(color, parameters(8, 4), Activation::relu, "c"), std::logic_error);
+        CHECK_THROWS_AS(graph.space_to_depth(color, 2), std::logic_error);
+        CHECK_THROWS_AS(graph.slice(color, 2, 2), std::logic_error);
+    }
+
+    TEST_CASE("operations are those of the plain definition") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {7, 5});
+        const Value features = graph.convolution(color, parameters(8, 3), Activation::relu, "c");
+        CHECK(operations(graph, graph.nodes[features]) == 2.0 * 9 * 3 * 8 * 35);
+    }
+
+    TEST_CASE("pointwise chains become one program, also through concat") {
+        Graph graph;
+        const Value a = graph.previous({3, 4, 6}, "a");
+        const Value b = graph.previous({3, 4, 6}, "b");
+        const Value weight = graph.previous({1, 4, 6}, "weight");
+        const Value state = graph.previous({4, 4, 6}, "state");
+        const Value alpha = graph.sigmoid(weight, "alpha");
+        graph.output = graph.clamp(graph.mix(a, b, alpha, "mix"), 0, 1, "clamp");
+        graph.carry(state, graph.concat({graph.output, weight}));
+        graph.views = {{"alpha", alpha}};
+        // The states of the other inputs, so that nothing is unused.
+        graph.carry(a, graph.slice(state, 0, 3));
+        graph.carry(b, graph.slice(state, 1, 3));
+        graph.carry(weight, graph.slice(state, 3, 1));
+
+        SUBCASE("all of it where nobody looks inside") {
+            const Graph fused = fuse_pointwise(remove_unused(graph, {}));
+            CHECK(count(fused, is_pointwise) == 1);
+            CHECK(count(fused, is_concat) == 0);
+            const Node& output = fused.nodes[fused.output];
+            REQUIRE(std::holds_alternative<Slice>(output.op));
+            CHECK(std::get<Slice>(output.op).first == 0);
+            CHECK(output.shape == Shape{3, 4, 6});
+            const Node& program = fused.nodes[output.inputs[0]];
+            CHECK(program.shape == Shape{4, 4, 6});
+            CHECK(std::get<Pointwise>(program.op).steps.size() == 3);
+            CHECK(std::get<Pointwise>(program.op).results.size() == 2);
+        }
+        SUBCASE("but what is looked at stays a value of its own") {
+            const Graph fused = fuse_pointwise(remove_unused(graph, {"alpha"}));
+            CHECK(count(fused, is_pointwise) == 2);
+            CHECK(fused.nodes[fused.views.at("alpha")].name == "alpha");
+        }
+    }
+
+    TEST_CASE("what nothing needs is dropped, what a state needs is kept") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {4, 4});
+        const Value history = graph.previous({3, 4, 4}, "history");
+        const Value half = graph.previous({1, 4, 4}, "half");
+        graph.input(Resource::depth, {4, 4});
+        graph.output = graph.mix(color, history, half, "mix");
+        const Value next = graph.clamp(color, 0, 0.5f, "next");
+        graph.carry(history, next);
+        graph.carry(half, graph.slice(next, 0, 1));
+        const Graph kept = remove_unused(graph, {});
+        CHECK(kept.nodes.size() == graph.nodes.size() - 1);
+        CHECK(kept.states.size() == 2);
+        for (const State& state : kept.states) CHECK(std::holds_alternative<Previous>(kept.nodes[state.previous].op));
+    }
+}

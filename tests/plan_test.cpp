@@ -1,0 +1,161 @@
+#include <doctest/doctest.h>
+
+#include "runtime/jitter_sets.h"
+#include "runtime/layout.h"
+#include "runtime/memory_plan.h"
+
+using namespace clarus;
+using namespace clarus::graph;
+using namespace clarus::runtime;
+
+namespace {
+
+Parameters parameters(int out, int in) {
+    Parameters result{out, in};
+    result.weights.assign(result.weights_per_set(), 0);
+    result.biases.assign(out, 0);
+    return result;
+}
+
+/// Where element (c, y, x) of a value lies in its memory, straight from the definition of cells.
+size_t element(const TensorLayout& layout, int c, int y, int x) {
+    const int s = layout.block;
+    return static_cast<size_t>(y / s) * layout.row() + static_cast<size_t>(x / s) * layout.stride + layout.offset +
+           c * s * s + y % s * s + x % s;
+}
+
+}  // namespace
+
+TEST_SUITE("small") {
+    TEST_CASE("concat and space-to-depth are views of one memory") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {5, 3});
+        const Value history = graph.previous({2, 6, 10}, "history");
+        const Value image = graph.clamp(history, 0, 1, "image");
+        const Value depth = graph.space_to_depth(image, 2);
+        const Value joined = graph.concat({color, depth});
+        graph.output = graph.convolution(joined, parameters(3, 11), Activation::none, "c");
+        graph.carry(history, image);
+        const LayoutPlan plan = lay_out(graph, Storage::f32);
+        REQUIRE(plan.graph.nodes.size() == graph.nodes.size());
+        CHECK(plan.layouts[color].memory == plan.layouts[joined].memory);
+        CHECK(plan.layouts[image].memory == plan.layouts[joined].memory);
+        CHECK(plan.layouts[joined].stride == 12);  // eleven channels, rounded up to four
+        for (int c = 0; c < 2; ++c)
+            for (int y = 0; y < 6; ++y)
+                for (int x = 0; x < 10; ++x)
+                    CHECK(element(plan.layouts[image], c, y, x) ==
+                          element(plan.layouts[joined], 3 + 4 * c + 2 * (y % 2) + x % 2, y / 2, x / 2));
+    }
+
+    TEST_CASE("what cannot be written in place is copied") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {4, 4});
+        const Value twice = graph.concat({color, graph.slice(color, 0, 1), color});
+        graph.output = graph.convolution(twice, parameters(3, 7), Activation::none, "c");
+        const LayoutPlan plan = lay_out(graph, Storage::f32);
+        CHECK(plan.graph.nodes.size() == graph.nodes.size() + 2);
+        const Node& joined = plan.graph.nodes[plan.graph.nodes[plan.graph.output].inputs[0]];
+        int offset = 0;
+        for (const Value part : joined.inputs) {
+            CHECK(plan.layouts[part].offset == offset);
+            offset += plan.graph.shape(part).channels;
+        }
+    }
+
+    TEST_CASE("depth and motion vectors stay in float where images are half") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {8, 8});
+        const Value depth = graph.input(Resource::depth, {8, 8});
+        const Value motion = graph.input(Resource::motion, {8, 8});
+        const Value block_motion = graph.dilate(motion, depth, 2);
+        const Value history = graph.previous({3, 16, 16}, "history");
+        const Value warped = graph.warp(history, block_motion, kDilationBlock, Border::clamp, color, 2);
+        graph.carry(history, warped);
+        graph.output = warped;
+        const LayoutPlan plan = lay_out(graph, Storage::f16);
+        CHECK(plan.layouts[warped].storage == Storage::f16);
+        CHECK(plan.layouts[color].storage == Storage::f16);
+        for (const Value value : {depth, motion, block_motion}) CHECK(plan.layouts[value].storage == Storage::f32);
+    }
+
+    TEST_CASE("memories that are needed at one moment do not overlap, and the arena is near the floor") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {64, 32});
+        Value x = color;
+        std::vector<Value> layers;
+        for (const int width : {16, 64, 8, 32, 4, 3}) {
+            x = graph.convolution(x, parameters(width, graph.shape(x).channels), Activation::relu, "c");
+            layers.push_back(x);
+        }
+        const Value half = graph.slice(layers[1], 0, 1);
+        graph.output = graph.mix(color, x, half, "mix");
+        const LayoutPlan layout = lay_out(graph, Storage::f32);
+        const MemoryPlan plan = plan_memory(layout, 128);
+        const auto place = [&](Value value) { return plan.places[layout.layouts[value].memory]; };
+        const auto apart = [&](Value a, Value b) {
+            return place(a).offset + place(a).bytes <= place(b).offset ||
+                   place(b).offset + place(b).bytes <= place(a).offset;
+        };
+        for (size_t layer = 1; layer < layers.size(); ++layer) CHECK(apart(layers[layer - 1], layers[layer]));
+        for (const Value layer : layers) CHECK(apart(layer, color));  // color is read last
+        for (size_t layer = 2; layer < layers.size(); ++layer) CHECK(apart(layers[1], layers[layer]));
+        for (const MemoryPlan::Place& each : plan.places) CHECK(each.offset % 128 == 0);
+        CHECK(plan.bytes < 1.1 * plan.live_at_worst);
+        size_t sum = 0;
+        for (const MemoryPlan::Place& each : plan.places) sum += each.bytes;
+        CHECK(plan.bytes < sum);
+    }
+
+    TEST_CASE("a state that is read before it is written anew has one memory") {
+        Graph graph;
+        const Value history = graph.previous({3, 8, 8}, "history");
+        const Value blurred = graph.convolution(history, parameters(8, 3), Activation::none, "c");
+        graph.output = graph.convolution(blurred, parameters(3, 8), Activation::none, "d");
+        graph.carry(history, graph.output);
+        const LayoutPlan layout = lay_out(graph, Storage::f32);
+        const MemoryPlan plan = plan_memory(layout, 4);
+        CHECK_FALSE(plan.alternates[0]);
+        const int previous = layout.layouts[history].memory, next = layout.layouts[graph.output].memory;
+        CHECK(plan.places[previous].offset == plan.places[next].offset);
+    }
+
+    TEST_CASE("a state that is read while it is written has two memories that alternate") {
+        Graph graph;
+        const Value history = graph.previous({3, 8, 8}, "history");
+        graph.output = graph.convolution(history, parameters(3, 3), Activation::none, "c");
+        graph.carry(history, graph.output);
+        const LayoutPlan layout = lay_out(graph, Storage::f32);
+        const MemoryPlan plan = plan_memory(layout, 4);
+        CHECK(plan.alternates[0]);
+        const int previous = layout.layouts[history].memory, next = layout.layouts[graph.output].memory;
+        CHECK(plan.places[previous].offset != plan.places[next].offset);
+    }
+
+    TEST_CASE("a table's entry serves jitters within 0.001 pixel") {
+        JitterSets sets({{0.0f, 0.0f}, {0.25f, -0.25f}}, 0);
+        CHECK(sets.select({0.2504f, -0.2504f}).set == 1);
+        CHECK(sets.largest_distance() == 0);
+        CHECK(sets.select({0.0f, 0.02f}).set == 0);
+        CHECK_FALSE(sets.select({0.0f, 0.02f}).compute);
+        CHECK(sets.largest_distance() == doctest::Approx(0.02));
+    }
+
+    TEST_CASE("kernels of other jitters are computed once, and the least recently used make room") {
+        JitterSets sets({{0.0f, 0.0f}}, 2);
+        CHECK(sets.select({0.0005f, 0.0f}).set == 0);
+        const auto first = sets.select({0.1f, 0.0f});
+        CHECK(first.compute);
+        CHECK(first.set >= 1);
+        const auto second = sets.select({0.2f, 0.0f});
+        CHECK(second.compute);
+        CHECK(second.set != first.set);
+        CHECK_FALSE(sets.select({0.1f, 0.0f}).compute);
+        const auto third = sets.select({0.3f, 0.0f});  // 0.2 was used longest ago
+        CHECK(third.compute);
+        CHECK(third.set == second.set);
+        CHECK_FALSE(sets.select({0.1f, 0.0f}).compute);
+        CHECK(sets.select({0.2f, 0.0f}).compute);
+        CHECK(sets.largest_distance() == 0);
+    }
+}
