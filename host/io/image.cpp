@@ -94,6 +94,10 @@ void write_image(const std::filesystem::path& path, const Pixels& pixels, Sample
         fail(ErrorKind::invalid_argument, "cannot write {}: {} values are no {}x{} image with {} channels",
              path.string(), pixels.values.size(), pixels.size.width, pixels.size.height, pixels.channels);
 
+    // Encoded in memory: whether the disk took every byte is then ours to check, whatever the format. Declared before
+    // the output, which may still write when it is destroyed.
+    std::vector<unsigned char> encoded;
+    OIIO::Filesystem::IOVecOutput memory(encoded);
     const auto output = OIIO::ImageOutput::create(path.filename().string());
     if (!output) fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(OIIO::geterror()));
     if (!output->supports("ioproxy"))
@@ -108,9 +112,6 @@ void write_image(const std::filesystem::path& path, const Pixels& pixels, Sample
         if (pixels.channels == 2) spec.channelnames = {"R", "G"}, spec.alpha_channel = -1;
     }
 
-    // Encoded in memory: whether the disk took every byte is then ours to check, whatever the format.
-    std::vector<unsigned char> encoded;
-    OIIO::Filesystem::IOVecOutput memory(encoded);
     output->set_ioproxy(&memory);
     if (!output->open(path.filename().string(), spec))
         fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
