@@ -1,0 +1,35 @@
+#pragma once
+
+#include "io/image.h"
+#include "render/camera.h"
+#include "render/scene.h"
+
+namespace clarus::render {
+
+struct RenderSettings {
+    Size render_size{480, 270};
+    Size output_size{960, 540};
+    bool hdr = false;               // linear radiance; else display-encoded sRGB in [0, 1]
+    int reference_grid = 4;         // reference samples along a pixel's side; 0: no reference
+    float far_plane = 250;          // metres; depth 1
+    float mip_bias = -1;            // of the colour; −log2(scale) by conventions.md
+    bool motion_at_centre = false;  // else at the colour's sample position
+};
+
+/// Camera and time of a frame and of the one before.
+struct FrameState {
+    CameraPose camera, previous_camera;
+    double seconds = 0, previous_seconds = 0;  // of the moving objects
+};
+
+struct RenderedFrame {
+    io::Pixels color;      // 3 channels, one sample a pixel
+    io::Pixels depth;      // view distance / far_plane, at most 1; the sky is 1; sampled where the colour is
+    io::Pixels motion;     // 2 channels: canonical motion of conventions.md
+    io::Pixels reference;  // 3 channels at the output size, the mean of a regular grid of samples; else empty
+};
+
+/// Renders a frame with all threads that TBB has. The result does not depend on their number.
+RenderedFrame render_frame(Scene& scene, const FrameState& frame, Vec2 jitter, const RenderSettings& settings);
+
+}  // namespace clarus::render

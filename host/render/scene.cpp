@@ -1,0 +1,134 @@
+#include "render/scene.h"
+
+#include <tbb/task_arena.h>
+
+#include <new>
+
+#include "base/error.h"
+
+namespace clarus::render {
+namespace {
+
+using Imath::V2f;
+using Imath::V3f;
+
+/// How u and v change with a step in the triangle's plane.
+std::array<V3f, 2> uv_gradient(const Mesh& mesh, const std::array<uint32_t, 3>& triangle) {
+    const auto [a, b, c] = triangle;
+    const V3f e1 = mesh.positions[b] - mesh.positions[a], e2 = mesh.positions[c] - mesh.positions[a];
+    const V2f d1 = mesh.uvs[b] - mesh.uvs[a], d2 = mesh.uvs[c] - mesh.uvs[a];
+    const float e11 = e1 ^ e1, e12 = e1 ^ e2, e22 = e2 ^ e2, determinant = e11 * e22 - e12 * e12;
+    if (determinant <= 0) return {V3f(0), V3f(0)};
+    // The dual basis: dual1 · e1 = 1, dual1 · e2 = 0, and likewise.
+    const V3f dual1 = (e1 * e22 - e2 * e12) / determinant, dual2 = (e2 * e11 - e1 * e12) / determinant;
+    return {dual1 * d1.x + dual2 * d2.x, dual1 * d1.y + dual2 * d2.y};
+}
+
+void share_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const void* data, size_t stride,
+                  size_t count) {
+    rtcSetSharedGeometryBuffer(geometry, type, 0, format, data, 0, stride, count);
+}
+
+/// With several threads the order of triangles, and so which of two equally near ones is hit, could vary.
+void commit_on_one_thread(RTCScene scene) {
+    tbb::task_arena(1).execute([scene] { rtcJoinCommitScene(scene); });
+}
+
+}  // namespace
+
+Scene::Scene() : device_(rtcNewDevice(nullptr)) {
+    if (!device_)
+        fail(ErrorKind::device, "Embree cannot start (error {})", static_cast<int>(rtcGetDeviceError(nullptr)));
+    root_ = rtcNewScene(device_);
+    parts_.push_back(std::make_unique<Part>());
+}
+
+Scene::~Scene() {
+    for (const auto& part : parts_) {
+        if (part->instance) rtcReleaseGeometry(part->instance);
+        if (part->scene) rtcReleaseScene(part->scene);
+    }
+    rtcReleaseScene(root_);
+    rtcReleaseDevice(device_);
+}
+
+int Scene::add_material(Material material) {
+    materials_.push_back(std::move(material));
+    return static_cast<int>(materials_.size()) - 1;
+}
+
+void Scene::add_static(const Model& model) { append(parts_.front()->model, model); }
+
+void Scene::add_moving(Model model, Motion motion) {
+    auto part = std::make_unique<Part>();
+    part->model = std::move(model);
+    part->motion = std::move(motion);
+    parts_.push_back(std::move(part));
+}
+
+void Scene::build() {
+    for (const auto& part : parts_) build_part(*part);
+    set_time(0, 0);
+}
+
+void Scene::build_part(Part& part) {
+    part.scene = rtcNewScene(device_);
+    for (size_t index = 0; index < part.model.size(); ++index) {
+        Mesh& mesh = part.model[index];
+        // Embree reads 16 bytes at a time: three floats at the end of the buffer need one to spare.
+        mesh.positions.reserve(mesh.positions.size() + 1);
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        share_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions.data(), sizeof(V3f),
+                     mesh.positions.size());
+        share_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles.data(), 3 * sizeof(uint32_t),
+                     mesh.triangles.size());
+        const Material& surface = material(mesh.material);
+        if (surface.cutout) {
+            cutouts_.push_back(std::make_unique<Cutout>(Cutout{&mesh, surface.texture.get()}));
+            rtcSetGeometryUserData(geometry, cutouts_.back().get());
+            rtcSetGeometryIntersectFilterFunction(geometry, discard_holes);
+            rtcSetGeometryOccludedFilterFunction(geometry, discard_holes);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(part.scene, geometry, static_cast<unsigned>(index));
+        rtcReleaseGeometry(geometry);
+
+        auto& gradients = part.uv_gradients.emplace_back();
+        for (const auto& triangle : mesh.triangles) gradients.push_back(uv_gradient(mesh, triangle));
+    }
+    commit_on_one_thread(part.scene);
+    part.instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(part.instance, part.scene);
+    rtcAttachGeometry(root_, part.instance);
+    if (rtcGetDeviceError(device_) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+}
+
+void Scene::set_time(double seconds, double previous_seconds) {
+    for (const auto& part : parts_) {
+        const Imath::M44d now = part->motion ? part->motion(seconds) : Imath::M44d();
+        const Imath::M44d before = part->motion ? part->motion(previous_seconds) : Imath::M44d();
+        part->to_previous = now.inverse() * before;
+        for (int row = 0; row < 3; ++row) {
+            for (int column = 0; column < 3; ++column)
+                part->rotation[row][column] = static_cast<float>(now[row][column]);
+        }
+        // Imath's rows for row vectors are Embree's columns for column vectors.
+        const Imath::M44f single(now);
+        rtcSetGeometryTransform(part->instance, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &single[0][0]);
+        rtcCommitGeometry(part->instance);
+    }
+    commit_on_one_thread(root_);
+}
+
+void Scene::discard_holes(const RTCFilterFunctionNArguments* hits) {
+    const Cutout& cutout = *static_cast<const Cutout*>(hits->geometryUserPtr);
+    for (unsigned lane = 0; lane < hits->N; ++lane) {
+        if (!hits->valid[lane]) continue;
+        const auto [a, b, c] = cutout.mesh->triangles[RTCHitN_primID(hits->hit, hits->N, lane)];
+        const float u = RTCHitN_u(hits->hit, hits->N, lane), v = RTCHitN_v(hits->hit, hits->N, lane);
+        const std::vector<V2f>& uvs = cutout.mesh->uvs;
+        if (cutout.texture->alpha(uvs[a] * (1 - u - v) + uvs[b] * u + uvs[c] * v) < 0.5f) hits->valid[lane] = 0;
+    }
+}
+
+}  // namespace clarus::render

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Imath/ImathMatrix.h>
+#include <embree3/rtcore.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "render/mesh.h"
+#include "render/texture.h"
+
+namespace clarus::render {
+
+struct Material {
+    std::shared_ptr<const Texture> texture;
+    Imath::V3f tint{1};
+    float highlight = 0;  // strength of the sun's highlight
+    int sharpness = 5;    // the highlight's exponent is 2^sharpness
+    float mirror = 0;     // share of the sky that is mirrored looking straight on (Schlick)
+    bool cutout = false;  // nothing where the texture's alpha is below ½; lit from both sides, as leaves are
+    float emission = 0;   // of its own light, in its own colour
+};
+
+/// Light from far away. Radiance where a white surface in full sun is about 1.
+struct Environment {
+    Imath::V3f to_sun{0, 1, 0};  // unit
+    Imath::V3f sun, zenith, horizon, ground;
+    std::shared_ptr<const Texture> clouds;
+    float haze = 0;  // share of light lost a metre
+};
+
+/// What is drawn: a static part and rigid moving parts. Add everything, `build` once, then `set_time` a frame.
+/// The same additions give the same pictures, bit by bit.
+class Scene {
+  public:
+    /// From the object's space to the world: rotation and translation, for row vectors (p · M).
+    using Motion = std::function<Imath::M44d(double seconds)>;
+
+    /// A part of the scene that moves as one, with what shading needs of it at the time that is set.
+    struct Part {
+        Model model;                                                       // meshes by Embree's geometry id
+        std::vector<std::vector<std::array<Imath::V3f, 2>>> uv_gradients;  // of u and v, a triangle each
+        Motion motion;                                                     // empty: static, in world space
+        Imath::M33f rotation;                                              // of vectors, object to world
+        Imath::M44d to_previous;  // world points from the time set to the previous time
+
+        RTCScene scene = nullptr;
+        RTCGeometry instance = nullptr;
+    };
+
+    Scene();
+    ~Scene();
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    int add_material(Material material);
+    void add_static(const Model& model);
+    void add_moving(Model model, Motion motion);
+
+    void build();
+    void set_time(double seconds, double previous_seconds);
+
+    RTCScene embree() const { return root_; }
+    const Part& part(unsigned instance) const { return *parts_[instance]; }
+    const Material& material(int index) const { return materials_[static_cast<size_t>(index)]; }
+
+    Environment environment;
+
+  private:
+    void build_part(Part& part);
+
+    std::vector<Material> materials_;
+    std::vector<std::unique_ptr<Part>> parts_;  // by Embree's instance id; the first is static
+    // What the alpha test of a cut-out mesh looks at.
+    struct Cutout {
+        const Mesh* mesh;
+        const Texture* texture;
+    };
+    static void discard_holes(const RTCFilterFunctionNArguments* hits);
+    std::vector<std::unique_ptr<Cutout>> cutouts_;
+    RTCDevice device_;
+    RTCScene root_;
+};
+
+}  // namespace clarus::render
