@@ -82,7 +82,36 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
     add_stage(present(output, options), "present", "present", 0, read + written).input_memories = {output.memory};
     upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
     read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
+    warm_up();
     report();
+}
+
+void Executor::warm_up() {
+    // Some drivers finish a kernel's compilation when it is first run. Resources and target are stood in for.
+    ocl::checked("run every kernel once", [&] {
+        const auto stand_in = [&](const std::optional<TensorLayout>& layout, const ImageFormat& format) {
+            return layout ? zeroed(tight_bytes({layout->width, layout->height}, format)) : cl::Buffer();
+        };
+        Bindings& ingest = stages_.front().bindings;
+        ingest.counter = counter_;
+        ingest.resources = {stand_in(plan_.ingest.color, options_.color_format),
+                            stand_in(plan_.ingest.depth, options_.depth_format),
+                            stand_in(plan_.ingest.motion, options_.motion_format)};
+        const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
+        stages_.back().bindings.target = zeroed(tight_bytes({output.width, output.height}, options_.output_format));
+        FrameConstants constants;
+        constants.reset = 1;
+        for (Stage& stage : stages_) run(stage, constants);
+        context_.queue().finish();
+    });
+    profiler_.take();
+    context_.save_programs();
+}
+
+cl::Buffer Executor::zeroed(size_t bytes) const {
+    const cl::Buffer buffer(context_.context(), CL_MEM_READ_WRITE, bytes);
+    context_.queue().enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+    return buffer;
 }
 
 void Executor::allocate() {

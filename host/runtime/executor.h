@@ -53,6 +53,8 @@ class Executor {
     };
 
     void allocate();
+    void warm_up();
+    cl::Buffer zeroed(size_t bytes) const;
     Stage& add_stage(KernelCall call, std::string name, std::string kernel, double operations, double bytes);
     double ingest_bytes() const;
     const cl::Buffer& memory(int index) const;

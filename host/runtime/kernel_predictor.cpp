@@ -30,6 +30,7 @@ KernelPredictor::KernelPredictor(ocl::Context& context, const std::vector<graph:
                                cl::Buffer(context.context(), CL_MEM_READ_WRITE, layer.out * sizeof(float))});
         rectify_ = cl::Kernel(context.program("dense", fmt::format("-DWG_X={}", kRectifyGroup)), "rectify");
     });
+    predict({});  // CLBlast compiles its kernels when they are first run
 }
 
 const cl::Buffer& KernelPredictor::predict(Vec2 jitter) {

@@ -19,7 +19,7 @@ std::string image_options(std::initializer_list<NamedLayout> images) {
 std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile) {
     const auto group = [](int x, int y) { return Choices{{"WG_X", x}, {"WG_Y", y}}; };
     // A CPU runs a group as a loop along the row in one thread.
-    if (profile.device_class != DeviceClass::gpu) return {group(64, 1), group(16, 1), group(16, 8)};
+    if (profile.device_class != DeviceClass::gpu) return {group(64, 1)};
     return {group(16, 8), group(32, 4), group(64, 1)};
 }
 
@@ -33,9 +33,12 @@ std::array<size_t, 2> pixels(const TensorLayout& layout) {
 
 std::string_view opencl_type(ElementType type) {
     switch (type) {
-        case ElementType::u8: return "uchar";
-        case ElementType::f16: return "half";
-        case ElementType::f32: return "float";
+        case ElementType::u8:
+            return "uchar";
+        case ElementType::f16:
+            return "half";
+        case ElementType::f32:
+            return "float";
     }
     throw std::logic_error("unknown element type");
 }

@@ -10,24 +10,14 @@ namespace {
 
 using graph::Step;
 
-// 1 / (1 + e^-a), with an error below 1e-6 and never NaN: a NaN counts as -∞. The sum with 1.5 · 2²³ rounds to the nearest
-// integer, which is then in its low bits.
+// 1 / (1 + e^-a) with an error below 1e-6. Never NaN: a NaN counts as -∞.
 constexpr std::string_view kSigmoid = R"(
-inline {real} sigmoid_{width}({real} a) {{
-    a = (-87.0f < a) ? a : ({real})(-87.0f);
-    a = (a < 87.0f) ? a : ({real})(87.0f);
-    const {real} power = a * -1.44269504f;
-    const {real} rounded = power + 12582912.0f;
-    const {real} f = power - (rounded - 12582912.0f);
-    {real} e = MAD(({real})(1.53533e-4f), f, ({real})(1.339887e-3f));
-    e = MAD(e, f, ({real})(9.618437e-3f));
-    e = MAD(e, f, ({real})(5.550332e-2f));
-    e = MAD(e, f, ({real})(0.2402265f));
-    e = MAD(e, f, ({real})(0.6931472f));
-    e = MAD(e, f, ({real})(1.0f));
-    e = as_{real}(as_{bits}(e) + (as_{bits}(rounded) << 23));
-    return 1.0f / (1.0f + e);
-}}
+#define DEFINE_SIGMOID(real)                                      \
+    inline real sigmoid_##real(real a) {                          \
+        a = (-87.0f < a) ? a : (real)(-87.0f);                    \
+        a = (a < 87.0f) ? a : (real)(87.0f);                      \
+        return 1.0f / (1.0f + exp2_##real(a * -1.44269504f));     \
+    }
 )";
 
 std::string vector_type(std::string_view scalar, int width) {
@@ -46,6 +36,12 @@ std::vector<Run> runs(int count) {
     return result;
 }
 
+std::vector<Run> singles(int count) {
+    std::vector<Run> result;
+    for (int i = 0; i < count; ++i) result.push_back({i, 1});
+    return result;
+}
+
 /// An operand or the result in a kernel whose work-items handle cells of cell × cell pixels.
 class Access {
   public:
@@ -60,10 +56,9 @@ class Access {
     /// Moves the pointer to the work-item's cell.
     std::string move() const {
         const std::string place =
-            layout_.block == cell_
-                ? fmt::format("y * {} + x * {} + {}", layout_.row(), layout_.stride, layout_.offset)
-                : fmt::format("AT_(x * {0}, y * {0}, 0, {1}, {2}, {3}, {4})", cell_, layout_.block, layout_.stride,
-                              layout_.row(), layout_.offset);
+            layout_.block == cell_ ? fmt::format("y * {} + x * {} + {}", layout_.row(), layout_.stride, layout_.offset)
+                                   : fmt::format("AT_(x * {0}, y * {0}, 0, {1}, {2}, {3}, {4})", cell_, layout_.block,
+                                                 layout_.stride, layout_.row(), layout_.offset);
         return fmt::format("    {} += {};\n", pointer_, place);
     }
 
@@ -85,11 +80,11 @@ class Access {
             return code;
         }
         for (int i = 0; i < pixels.width; ++i) {
-            for (const Run run : runs(channels())) {
+            for (const Run run : layout_.block == 1 ? runs(channels()) : singles(channels())) {
                 std::string elements;
                 for (int c = run.first; c < run.first + run.width; ++c)
-                    elements += (c > run.first ? ", " : "") + values[c] +
-                                (pixels.width > 1 ? fmt::format(".s{:x}", i) : "");
+                    elements +=
+                        (c > run.first ? ", " : "") + values[c] + (pixels.width > 1 ? fmt::format(".s{:x}", i) : "");
                 code += store_elements(fmt::format("({})({})", vector_type("float", run.width), elements),
                                        element(pixels.first + i, run.first), run.width);
             }
@@ -132,13 +127,14 @@ class Access {
 std::string expression(const Step& step, const std::vector<std::string>& operands, int width) {
     const std::string type = vector_type("float", width);
     switch (step.function) {
-        case Step::Function::sigmoid: return fmt::format("sigmoid_{}({})", width, operands[0]);
+        case Step::Function::sigmoid:
+            return fmt::format("sigmoid_{}({})", type, operands[0]);
         case Step::Function::mix:
             return fmt::format("MAD({2}, {0} - {1}, {1})", operands[0], operands[1], operands[2]);
         case Step::Function::clamp:
             // A NaN becomes the lower limit: it must not get into a state.
-            return fmt::format("({0} < {1:.9e}f) ? (({2:.9e}f < {0}) ? {0} : ({3})({2:.9e}f)) : ({3})({1:.9e}f)",
-                               operands[0], step.high, step.low, type);
+            return fmt::format("({1:.9e}f < {0}) ? (({0} < {2:.9e}f) ? {0} : ({3})({2:.9e}f)) : ({3})({1:.9e}f)",
+                               operands[0], step.low, step.high, type);
     }
     throw std::logic_error("unknown pointwise function");
 }
@@ -195,9 +191,9 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     const Access output(problem.output, "out", cell);
     call.arguments.push_back({ArgumentKind::output});
 
-    for (const int width : {1, 2, 4, 8, 16})
-        call.source += fmt::format(kSigmoid, fmt::arg("real", vector_type("float", width)),
-                                   fmt::arg("bits", vector_type("uint", width)), fmt::arg("width", width));
+    call.source = fmt::format("{}DEFINE_SIGMOID(float)\n", kSigmoid);
+    for (const int width : {2, 4, 8, 16})
+        call.source += fmt::format("DEFINE_EXP2(float{0}, uint{0})\nDEFINE_SIGMOID(float{0})\n", width);
     call.source += fmt::format(
         "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}) {{\n"
         "    const int x = get_global_id(0), y = get_global_id(1);\n"

@@ -4,7 +4,9 @@ namespace clarus::runtime {
 namespace {
 
 struct ByOperator {
-    std::span<const Implementation> operator()(const graph::Convolution&) const { return convolution_implementations(); }
+    std::span<const Implementation> operator()(const graph::Convolution&) const {
+        return convolution_implementations();
+    }
     std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }

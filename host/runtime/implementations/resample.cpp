@@ -11,9 +11,9 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "resample";
     call.entry = resample.filter == graph::Filter::bicubic ? "resample_bicubic" : "resample_bilinear";
-    call.options = fmt::format("{} -DSCALE={:.9e}f -DSCALE_REST={:.9e}f",
-                               image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}), scale,
-                               resample.scale - scale);
+    call.options =
+        fmt::format("{} -DSCALE={:.9e}f -DSCALE_REST={:.9e}f",
+                    image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}), scale, resample.scale - scale);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

@@ -9,9 +9,12 @@ namespace {
 
 std::string shift_options(graph::Shift shift) {
     switch (shift) {
-        case graph::Shift::none: return "-DSHIFT_X=0.0f -DSHIFT_Y=0.0f";
-        case graph::Shift::jitter: return "-DSHIFT_X=frame.jitter_x -DSHIFT_Y=frame.jitter_y";
-        case graph::Shift::motion_jitter: return "-DSHIFT_X=frame.motion_jitter_x -DSHIFT_Y=frame.motion_jitter_y";
+        case graph::Shift::none:
+            return "-DSHIFT_X=0.0f -DSHIFT_Y=0.0f";
+        case graph::Shift::jitter:
+            return "-DSHIFT_X=frame.jitter_x -DSHIFT_Y=frame.jitter_y";
+        case graph::Shift::motion_jitter:
+            return "-DSHIFT_X=frame.motion_jitter_x -DSHIFT_Y=frame.motion_jitter_y";
     }
     throw std::logic_error("unknown shift");
 }
@@ -19,7 +22,8 @@ std::string shift_options(graph::Shift shift) {
 Lowered lower(const Problem& problem, const Choices& choices) {
     const auto& upsample = std::get<graph::Upsample>(problem.node.op);
     KernelCall call;
-    call.file = call.entry = "upsample";
+    call.file = "upsample";
+    call.entry = "upsample_image";  // OpenCL has a function upsample
     call.options = fmt::format("{} -DSCALE={} {}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
                                upsample.scale, shift_options(upsample.shift));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};

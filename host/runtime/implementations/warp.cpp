@@ -11,7 +11,7 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
     call.file = "warp";
     call.entry = std::move(entry);
     call.options = fmt::format(
-        "{} {} -DMOTION_BLOCK={} -DFALLBACK_SCALE={}{}",
+        "{} {} -DPIXELS_A_VECTOR={} -DFALLBACK_SCALE={}{}",
         image_options({{"OUT", problem.output}, {"IMAGE", problem.inputs[0]}, {"FALLBACK", problem.inputs[2]}}),
         layout_options("MOTION", problem.inputs[1]), warp.motion_block, warp.fallback_scale,
         warp.border == graph::Border::zero ? " -DBORDER_ZERO" : "");
