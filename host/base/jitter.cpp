@@ -1,4 +1,4 @@
-#include "base/jitter.h"
+#include "clarus/jitter.h"
 
 namespace clarus {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "base/jitter.h"
+#include "clarus/jitter.h"
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "render/camera_path.h"

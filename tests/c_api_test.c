@@ -1,0 +1,60 @@
+/* The C interface from C: a model runs, what it says of errors arrives. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clarus/clarus.h"
+
+#define CHECK(condition)                                                                                            \
+    do {                                                                                                            \
+        if (!(condition)) {                                                                                         \
+            fprintf(stderr, "%s:%d: %s does not hold (%s)\n", __FILE__, __LINE__, #condition, clarus_last_error()); \
+            return EXIT_FAILURE;                                                                                    \
+        }                                                                                                           \
+    } while (0)
+
+enum { WIDTH = 13, HEIGHT = 9, SCALE = 2 };
+
+int main(void) {
+    static float color[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT], motion[WIDTH * HEIGHT * 2];
+    static float output[WIDTH * SCALE * HEIGHT * SCALE * 3];
+    clarus_device* device = NULL;
+    clarus_model* model = NULL;
+    clarus_upscaler* upscaler = NULL;
+    clarus_options options = clarus_default_options();
+    clarus_frame frame = clarus_default_frame();
+    int width = 0, height = 0;
+    size_t i;
+
+    CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
+    CHECK(strstr(clarus_last_error(), "no such device"));
+    CHECK(clarus_model_find("no-such-model", 2, &model) == CLARUS_INVALID_ARGUMENT);
+
+    CHECK(clarus_device_open(getenv("CLARUS_TEST_DEVICE"), &device) == CLARUS_OK);
+    CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    clarus_model_release(model);
+    clarus_device_release(device);
+    clarus_upscaler_output_size(upscaler, &width, &height);
+    CHECK(width == WIDTH * SCALE && height == HEIGHT * SCALE);
+    CHECK(clarus_upscaler_memory(upscaler).arena > 0);
+    CHECK(clarus_upscaler_prepare(upscaler) == CLARUS_OK);
+
+    for (i = 0; i < WIDTH * HEIGHT * 3; ++i) color[i] = (float)(i % 7) / 7;
+    for (i = 0; i < sizeof(output) / sizeof(*output); ++i) output[i] = -1;
+    frame.color.host = color;
+    frame.depth.host = depth;
+    frame.motion.host = motion;
+    frame.color.width = frame.depth.width = frame.motion.width = WIDTH;
+    frame.color.height = frame.depth.height = frame.motion.height = HEIGHT;
+    frame.output.width = width;
+    frame.output.height = height;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "output"));
+    frame.output.host = output;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    for (i = 0; i < sizeof(output) / sizeof(*output); ++i) CHECK(output[i] >= 0 && output[i] <= 1);
+    clarus_upscaler_release(upscaler);
+    return EXIT_SUCCESS;
+}
