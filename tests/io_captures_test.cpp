@@ -112,6 +112,8 @@ TEST_CASE("a QRISP segment") {
     CHECK(motion.sampled_at_jitter);
     check_sequence(sequence, true);
     const FramePixels frame = read_frame(sequence, 1, true, true);
+    CHECK(frame.color.channels == 3);  // of 4 in the file
+    CHECK(frame.motion.channels == 2);
     CHECK(frame.reference.size == Size{16, 12});
     // 128 in every byte.
     CHECK(frame.depth.at(0, 0, 0) == doctest::Approx(128 * (1 / 255.0 + 1 / 65025.0 + 1 / 16581375.0)));

@@ -68,6 +68,7 @@ TEST_CASE("a frame holds what was asked for") {
     CHECK(all.motion.channels == 2);
     CHECK(all.motion.at(1, 1, 1) == -3);
     CHECK(all.reference.size == output_size);
+    CHECK(all.reference.channels == 3);
     const FramePixels color = read_frame(recording.sequence, 3, false, false);
     CHECK(color.color.values == all.color.values);
     CHECK(color.depth.values.empty());
@@ -111,7 +112,7 @@ TEST_CASE("the check before a run finds every image that does not fit") {
     CHECK(check_message(sequence) == Contains("for the reference's motion"));
     frame = good;
     frame.color = recording.folder / "none.png";
-    CHECK(check_message(sequence) == Contains("none.png: no such file"));
+    CHECK(check_message(sequence) == Contains("none.png: No such file"));
     frame = good;
     std::ofstream(recording.folder / "text.exr") << "no picture";
     frame.depth = recording.folder / "text.exr";
@@ -174,6 +175,6 @@ TEST_CASE("an image that fails is an error at its frame, and the end") {
     FrameReader reader(recording.sequence, 0, 6, true, false);
     CHECK(reader.next()->index == 0);
     CHECK(reader.next()->index == 1);
-    CHECK_THROWS_WITH_AS(reader.next(), Contains("motion/0002.exr: no such file"), Error);
+    CHECK_THROWS_WITH_AS(reader.next(), Contains("motion/0002.exr: No such file"), Error);
     CHECK_FALSE(reader.next());
 }

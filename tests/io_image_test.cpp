@@ -88,6 +88,9 @@ TEST_CASE("EXR holds floats exactly, beyond [0, 1] too, and halves to half's pre
         CHECK(back.size == image.size);
         CHECK(back.channels == channels);
         CHECK(back.values == image.values);
+        const Pixels first = read_image(folder / "image.exr", 1);
+        CHECK(first.channels == 1);
+        CHECK(first.at(15, 8, 0) == image.at(15, 8, 0));
 
         image.values.front() = 1000;
         write_image(folder / "half.exr", image, SampleType::f16);
@@ -115,7 +118,7 @@ TEST_CASE("values that are not finite") {
 
 TEST_CASE("images that cannot be read are named, with the reason") {
     const TemporaryFolder folder;
-    CHECK_THROWS_WITH_AS(read_image(folder / "none.png"), Contains("none.png: no such file"), Error);
+    CHECK_THROWS_WITH_AS(read_image(folder / "none.png"), Contains("none.png: No such file"), Error);
     CHECK_THROWS_WITH_AS(read_image(folder.path()), Contains("not a file"), Error);
     std::ofstream(folder / "text.png") << "this is no picture";
     CHECK_THROWS_WITH_AS(read_image_header(folder / "text.png"), Contains("text.png"), Error);

@@ -8,11 +8,15 @@
 
 namespace clarus::io {
 
-std::string read_file(const std::filesystem::path& path, uintmax_t largest) {
+void require_file(const std::filesystem::path& path) {
     std::error_code error;
-    const bool regular = std::filesystem::is_regular_file(path, error);
-    if (error) fail(ErrorKind::file, "cannot read {}: {}", path.string(), error.message());
-    if (!regular) fail(ErrorKind::file, "cannot read {}: not a file", path.string());
+    if (!std::filesystem::is_regular_file(path, error))
+        fail(ErrorKind::file, "cannot read {}: {}", path.string(), error ? error.message() : "not a file");
+}
+
+std::string read_file(const std::filesystem::path& path, uintmax_t largest) {
+    require_file(path);
+    std::error_code error;
     const uintmax_t size = std::filesystem::file_size(path, error);
     if (error) fail(ErrorKind::file, "cannot read {}: {}", path.string(), error.message());
     if (size > largest)

@@ -8,6 +8,9 @@
 
 namespace clarus::io {
 
+/// Errors: file, where there is no regular file, nor a link to one; naming it and the cause.
+void require_file(const std::filesystem::path& path);
+
 /// A whole regular file. Errors: file, naming it and the cause; a file of more than `largest` bytes is refused.
 std::string read_file(const std::filesystem::path& path, uintmax_t largest = UINTMAX_MAX);
 

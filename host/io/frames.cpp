@@ -48,7 +48,7 @@ void check_file(const std::filesystem::path& path, const Expectation& expected) 
 
 Pixels read_checked(const std::filesystem::path& path, const Expectation& expected) {
     if (path.empty()) return {};
-    Pixels pixels = read_image(path);
+    Pixels pixels = read_image(path, expected.channels);
     check(path, {pixels.size, pixels.channels}, expected);
     return pixels;
 }

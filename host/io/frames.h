@@ -15,9 +15,12 @@ namespace clarus::io {
 void check_sequence(const Sequence& sequence, bool needs_motion);
 
 /// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
-/// (Packed depth is unpacked.) They may have more channels than are needed. Empty where not asked for or not there.
+/// (Packed depth is unpacked.) Empty where not asked for or not there.
 struct FramePixels {
-    Pixels color, depth, motion, reference;
+    Pixels color;      // 3 channels, render resolution
+    Pixels depth;      // 1
+    Pixels motion;     // 2
+    Pixels reference;  // 3, output resolution
 };
 
 /// Errors: file, naming the image that does not open or whose size or channels are not the sequence's.

@@ -25,11 +25,7 @@ std::string one_line(std::string message) {
 }
 
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
-    const std::filesystem::file_status status = std::filesystem::status(path);
-    if (!std::filesystem::exists(status)) fail(ErrorKind::file, "cannot read image {}: no such file", path.string());
-    if (!std::filesystem::is_regular_file(status))
-        fail(ErrorKind::file, "cannot read image {}: not a file", path.string());
-
+    require_file(path);
     OIIO::ImageSpec request;
     request.attribute("oiio:UnassociatedAlpha", 1);
     auto input = OIIO::ImageInput::open(path.string(), &request);
@@ -77,12 +73,12 @@ ImageHeader read_image_header(const std::filesystem::path& path) {
     return {{spec.width, spec.height}, spec.nchannels};
 }
 
-Pixels read_image(const std::filesystem::path& path) {
+Pixels read_image(const std::filesystem::path& path, int most_channels) {
     const auto input = open(path);
     const OIIO::ImageSpec& spec = input->spec();
-    Pixels pixels{{spec.width, spec.height}, spec.nchannels, {}};
-    pixels.values.resize(spec.image_pixels() * spec.nchannels);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.values.data()))
+    Pixels pixels{{spec.width, spec.height}, std::min(spec.nchannels, most_channels), {}};
+    pixels.values.resize(spec.image_pixels() * pixels.channels);
+    if (!input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data()))
         fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
     return pixels;
 }

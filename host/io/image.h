@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,9 @@ struct ImageHeader {
 /// What a file says of itself, without its pixels. Errors: file, naming it.
 ImageHeader read_image_header(const std::filesystem::path& path);
 
-/// Any format that OpenImageIO reads. Alpha is left as stored (not multiplied in). Errors: file, naming it.
-Pixels read_image(const std::filesystem::path& path);
+/// Any format that OpenImageIO reads; of its channels the first `most_channels`. Alpha is left as stored (not
+/// multiplied in). Errors: file, naming it.
+Pixels read_image(const std::filesystem::path& path, int most_channels = std::numeric_limits<int>::max());
 
 enum class SampleType { u8, u16, f16, f32 };
 

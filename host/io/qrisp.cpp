@@ -40,11 +40,9 @@ bool is_frame_name(const std::string& stem) {
 
 std::vector<std::string> frame_names(const std::filesystem::path& folder) {
     std::vector<std::string> names;
-    std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
         if (entry.path().extension() == ".png" && is_frame_name(entry.path().stem().string()))
             names.push_back(entry.path().stem().string());
-    if (error) fail(ErrorKind::file, "cannot read the folder {}: {}", folder.string(), error.message());
     if (names.empty()) fail(ErrorKind::file, "{} has no frames (0000.png, …)", folder.string());
     std::sort(names.begin(), names.end());
     for (size_t i = 1; i < names.size(); ++i)

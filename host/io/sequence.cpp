@@ -31,13 +31,13 @@ MotionEncoding Sequence::motion_encoding() const {
 }
 
 Sequence read_sequence(const std::filesystem::path& path, Layout layout, double nss_scale) {
-    switch (layout == Layout::guess ? guess(path) : layout) {
-        case Layout::qrisp:
-            return read_qrisp(path);
-        case Layout::nss:
-            return read_nss(path, nss_scale);
-        default:
-            return read_native(is_directory(path) ? path / "sequence.json" : path);
+    try {
+        if (layout == Layout::guess) layout = guess(path);
+        if (layout == Layout::qrisp) return read_qrisp(path);
+        if (layout == Layout::nss) return read_nss(path, nss_scale);
+        return read_native(is_directory(path) ? path / "sequence.json" : path);
+    } catch (const std::filesystem::filesystem_error& error) {
+        fail(ErrorKind::file, "cannot read {}: {}", error.path1().string(), error.code().message());
     }
 }
 
