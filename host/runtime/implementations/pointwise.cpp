@@ -191,9 +191,9 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     const Access output(problem.output, "out", cell);
     call.arguments.push_back({ArgumentKind::output});
 
-    call.source = fmt::format("{}DEFINE_SIGMOID(float)\n", kSigmoid);
-    for (const int width : {2, 4, 8, 16})
-        call.source += fmt::format("DEFINE_EXP2(float{0}, uint{0})\nDEFINE_SIGMOID(float{0})\n", width);
+    call.source = kSigmoid;
+    for (const int width : {1, 2, 4, 8, 16})
+        call.source += fmt::format("DEFINE_SIGMOID({})\n", vector_type("float", width));
     call.source += fmt::format(
         "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}) {{\n"
         "    const int x = get_global_id(0), y = get_global_id(1);\n"

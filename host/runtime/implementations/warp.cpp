@@ -37,9 +37,7 @@ int prefer_blocks(const Problem& problem, const DeviceProfile& profile) {
     return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
-std::vector<Choices> block_choices(const Problem&, const DeviceProfile&) {
-    return {{{"WG_X", 8}, {"WG_Y", 1}}, {{"WG_X", 1}, {"WG_Y", 1}}, {{"WG_X", 32}, {"WG_Y", 1}}};
-}
+std::vector<Choices> block_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 8}, {"WG_Y", 1}}}; }
 
 Lowered lower_blocks(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, "warp_block", pixels(problem.inputs[1]));

@@ -1,0 +1,104 @@
+// The caller's colour, depth and motion into their canonical form (conventions.md), and the jitter's planes: one pass over
+// the frame.
+//
+// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_* of what the
+// pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's format, RAW_T
+// (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH.
+// A resource's place is (bytes to its first pixel, bytes from row to row).
+
+// Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
+#define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
+#define WRITE(T, v, p, c) JOIN(WRITE_, T##_STORAGE)((v), (p), AT(T, x, y, c))
+
+#ifdef COLOR_WIDTH
+#ifdef LINEAR_COLOR
+// Negative and NaN become 0, infinity the largest half.
+inline float radiance(float v) { return v > 0 ? (is_finite(v) ? v : 65504.0f) : 0; }
+
+inline float4 canonical_color(float4 raw, float exposure) {
+    const float4 scene = (float4)(radiance(raw.x), radiance(raw.y), radiance(raw.z), 0);
+    const float4 exposed = fmin(scene * exposure, FLT_MAX);
+    const float4 v = exposed / (1 + fmax(exposed.x, fmax(exposed.y, exposed.z)));
+    // The sRGB transfer function.
+    return v < 0.0031308f ? 12.92f * v : 1.055f * power(v, 1 / 2.4f) - 0.055f;
+}
+#else
+inline float4 canonical_color(float4 raw, float exposure) {
+    return (float4)(unit(raw.x), unit(raw.y), unit(raw.z), 0);
+}
+#endif
+#endif
+
+#ifdef DEPTH_WIDTH
+// Projective: d = r / (t + a (1 - t)) with t = 1 - v, or v where reversed. With a finite far plane r = a = near / far, with
+// an infinite one r = 1e-4 and a = 0. No nearly equal numbers are subtracted but v from 1, which is then exact.
+inline float canonical_depth(float raw, Frame frame) {
+    if (is_nan(raw)) return 1;
+    const float v = clamp(raw, 0.0f, 1.0f);
+#ifdef REVERSED_DEPTH
+    const float toward_near = v, toward_far = 1 - v;
+#else
+    const float toward_near = 1 - v, toward_far = v;
+#endif
+#ifdef PROJECTIVE_DEPTH
+    const float denominator = toward_near + frame.depth_addend * toward_far;
+    return denominator > 0 ? fmin(frame.depth_numerator / denominator, 1.0f) : 1;
+#else
+    return toward_far;
+#endif
+}
+#endif
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
+#ifdef COLOR_WIDTH
+    global const uchar* raw_color, uint2 color_place, global COLOR_STORAGE* color,
+#endif
+#ifdef DEPTH_WIDTH
+    global const uchar* raw_depth, uint2 depth_place, global DEPTH_STORAGE* depth,
+#endif
+#ifdef MOTION_WIDTH
+    global const uchar* raw_motion, uint2 motion_place, global float* motion, volatile global uint* invalid_vectors,
+#endif
+#ifdef JITTER_X_WIDTH
+    global JITTER_X_STORAGE* jitter_x,
+#endif
+#ifdef JITTER_Y_WIDTH
+    global JITTER_Y_STORAGE* jitter_y,
+#endif
+    Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= WIDTH || y >= HEIGHT) return;
+
+#ifdef COLOR_WIDTH
+    global const RAW_COLOR* color_row =
+        (global const RAW_COLOR*)(raw_color + color_place.x + (size_t)y * color_place.y);
+    const float4 rgb = canonical_color(
+        (float4)(READ(COLOR, color_row, 0), READ(COLOR, color_row, 1), READ(COLOR, color_row, 2), 0), frame.exposure);
+    WRITE(COLOR, rgb.x, color, 0);
+    WRITE(COLOR, rgb.y, color, 1);
+    WRITE(COLOR, rgb.z, color, 2);
+#endif
+#ifdef DEPTH_WIDTH
+    global const RAW_DEPTH* depth_row =
+        (global const RAW_DEPTH*)(raw_depth + depth_place.x + (size_t)y * depth_place.y);
+    WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
+#endif
+#ifdef JITTER_X_WIDTH
+    WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
+#endif
+#ifdef JITTER_Y_WIDTH
+    WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
+#endif
+#ifdef MOTION_WIDTH
+    global const RAW_MOTION* motion_row =
+        (global const RAW_MOTION*)(raw_motion + motion_place.x + (size_t)y * motion_place.y);
+    const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
+    const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
+    const float longest_squared = (float)WIDTH * WIDTH + (float)HEIGHT * HEIGHT;
+    const bool valid = is_finite(motion_x) && is_finite(motion_y) &&
+                       motion_x * motion_x + motion_y * motion_y <= longest_squared;
+    if (!valid && !frame.reset) atomic_inc(invalid_vectors);
+    motion[AT(MOTION, x, y, 0)] = valid ? motion_x + frame.jitter_change_x : NAN;
+    motion[AT(MOTION, x, y, 1)] = valid ? motion_y + frame.jitter_change_y : NAN;
+#endif
+}

@@ -1,0 +1,124 @@
+// warp(I, M, border, fallback), and a reset frame is all fallback.
+//
+// Options: IMAGE_*, MOTION_*, FALLBACK_*, OUT_* (layouts), PIXELS_A_VECTOR (along each axis),
+// FALLBACK_SCALE (1: the fallback has the image's size; else it is upsampled), BORDER_ZERO (else clamp), STORE_HALF
+// (all but motion, which is float).
+
+// x + motion along an axis of `size` pixels. The vector is cut to twice the image, beyond which nothing changes, so that
+// it fits an int.
+inline Taps warp_taps(int x, float motion, int size) {
+    const float whole = floor(motion);
+    const int first = x + (int)clamp(whole, -2.0f * size, 2.0f * size);
+    Taps taps = clamped_taps(first, motion - whole, size);
+#ifdef BORDER_ZERO
+    if (taps.first != first) taps.first_weight = 0;
+    if (taps.second != first + 1) taps.second_weight = 0;
+#endif
+    return taps;
+}
+
+inline void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
+                       int x, int y, float motion_x, float motion_y) {
+    if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
+#if FALLBACK_SCALE == 1
+        for (int c = 0; c < FALLBACK_CHANNELS; ++c)
+            STORE(LOAD(fallback, AT(FALLBACK, x, y, c)), out, AT(OUT, x, y, c));
+#else
+        const Taps tx = upsample_taps(x, FALLBACK_SCALE, frame.jitter_x, FALLBACK_WIDTH);
+        const Taps ty = upsample_taps(y, FALLBACK_SCALE, frame.jitter_y, FALLBACK_HEIGHT);
+        for (int c = 0; c < FALLBACK_CHANNELS; ++c)
+            STORE(BILINEAR(FALLBACK, fallback, tx, ty, c), out, AT(OUT, x, y, c));
+#endif
+        for (int c = FALLBACK_CHANNELS; c < OUT_CHANNELS; ++c) STORE(0.0f, out, AT(OUT, x, y, c));
+        return;
+    }
+    const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
+    const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
+    for (int c = 0; c < OUT_CHANNELS; ++c) STORE(BILINEAR(IMAGE, image, tx, ty, c), out, AT(OUT, x, y, c));
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(global const storage* image,
+                                                                        global const float* motion,
+                                                                        global const storage* fallback,
+                                                                        global storage* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
+    warp_pixel(image, fallback, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
+               motion[AT(MOTION, block_x, block_y, 1)]);
+}
+
+// One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are filtered
+// as vectors of four pixels of four channels, and each source row is filtered along x once. Wants PIXELS_A_VECTOR 8 and an
+// image of four channels whose pixels follow each other without a gap.
+#if PIXELS_A_VECTOR == 8 && OUT_CHANNELS == 4 && IMAGE_BLOCK == 1 && IMAGE_STRIDE == 4
+
+// Rows of the block that are filtered before they are stored: a cell's.
+#if OUT_BLOCK == 2 || OUT_BLOCK == 4
+#define ROWS OUT_BLOCK
+#else
+#define ROWS 1
+#endif
+
+inline void store_rows(const float16* rows, global storage* out, int x, int y) {
+#if OUT_BLOCK == 1 && OUT_STRIDE == 4
+    STORE16(rows[0], out, AT(OUT, x, y, 0));
+#elif OUT_BLOCK == 2
+    // Four pixels of two rows are two cells of 2×2.
+    const float16 a = rows[0], b = rows[1];
+    STORE16((float16)(a.s04, b.s04, a.s15, b.s15, a.s26, b.s26, a.s37, b.s37), out, AT(OUT, x, y, 0));
+    STORE16((float16)(a.s8c, b.s8c, a.s9d, b.s9d, a.sae, b.sae, a.sbf, b.sbf), out, AT(OUT, x + 2, y, 0));
+#elif OUT_BLOCK == 4
+    const float16 a = rows[0], b = rows[1], c = rows[2], d = rows[3];
+    STORE16((float16)(a.s048c, b.s048c, c.s048c, d.s048c), out, AT(OUT, x, y, 0));
+    STORE16((float16)(a.s159d, b.s159d, c.s159d, d.s159d), out, AT(OUT, x, y, 1));
+    STORE16((float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae), out, AT(OUT, x, y, 2));
+    STORE16((float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf), out, AT(OUT, x, y, 3));
+#else
+    float pixels[16];
+    vstore16(rows[0], 0, pixels);
+#pragma unroll
+    for (int i = 0; i < 16; ++i) STORE(pixels[i], out, AT(OUT, x + i / 4, y, i % 4));
+#endif
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(global const storage* image,
+                                                                        global const float* motion,
+                                                                        global const storage* fallback,
+                                                                        global storage* out, Frame frame) {
+    const int block_x = get_global_id(0), block_y = get_global_id(1);
+    if (block_x >= MOTION_WIDTH || block_y >= MOTION_HEIGHT) return;
+    const float motion_x = motion[AT(MOTION, block_x, block_y, 0)];
+    const float motion_y = motion[AT(MOTION, block_x, block_y, 1)];
+    const int x0 = 8 * block_x, y0 = 8 * block_y;
+    // The nine columns and rows that are read, while they are floats: they may be far outside, or not numbers.
+    const float left = x0 + floor(motion_x), top = y0 + floor(motion_y);
+    const bool inside = left >= 0 && left + 8 < IMAGE_WIDTH && top >= 0 && top + 8 < IMAGE_HEIGHT;
+    if (frame.reset || !inside || x0 + 8 > OUT_WIDTH || y0 + 8 > OUT_HEIGHT) {
+        for (int y = y0; y < min(y0 + 8, OUT_HEIGHT); ++y)
+            for (int x = x0; x < min(x0 + 8, OUT_WIDTH); ++x)
+                warp_pixel(image, fallback, out, frame, x, y, motion_x, motion_y);
+        return;
+    }
+    const float weight_x = motion_x - floor(motion_x), weight_y = motion_y - floor(motion_y);
+    global const storage* source = image + AT(IMAGE, (int)left, (int)top, 0);
+#define ALONG_X(i) mix(LOAD16(source, i), LOAD16(source, (i) + 4), (float16)(weight_x))
+    float16 above_left = ALONG_X(0), above_right = ALONG_X(16);
+#pragma unroll
+    for (int y = 0; y < 8; y += ROWS) {
+        float16 rows_left[ROWS], rows_right[ROWS];
+#pragma unroll
+        for (int row = 0; row < ROWS; ++row) {
+            source += IMAGE_ROW;
+            const float16 below_left = ALONG_X(0), below_right = ALONG_X(16);
+            rows_left[row] = mix(above_left, below_left, (float16)(weight_y));
+            rows_right[row] = mix(above_right, below_right, (float16)(weight_y));
+            above_left = below_left;
+            above_right = below_right;
+        }
+        store_rows(rows_left, out, x0, y0 + y);
+        store_rows(rows_right, out, x0 + 4, y0 + y);
+    }
+#undef ALONG_X
+}
+#endif

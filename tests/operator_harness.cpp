@@ -1,0 +1,197 @@
+#include "operator_harness.h"
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <half.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "runtime/launch.h"
+#include "test_device.h"
+
+namespace clarus::test {
+namespace {
+
+using runtime::Storage;
+using runtime::TensorLayout;
+
+constexpr size_t kSlack = 64;  // elements past a memory's end that vector loads may read
+constexpr std::uint32_t kGarbage32 = 0x7fc0beef;
+constexpr std::uint16_t kGarbage16 = 0x7eef;
+
+/// A layout's memory as bytes.
+std::vector<unsigned char> garbage(const TensorLayout& layout) {
+    const size_t rows = (layout.height + layout.block - 1) / layout.block;
+    const size_t elements = rows * layout.row() + kSlack;
+    const size_t size = bytes_of(layout.storage);
+    std::vector<unsigned char> memory(elements * size);
+    for (size_t i = 0; i < elements; ++i) {
+        if (size == 2)
+            std::memcpy(&memory[i * 2], &kGarbage16, 2);
+        else
+            std::memcpy(&memory[i * 4], &kGarbage32, 4);
+    }
+    return memory;
+}
+
+/// Calls visit(channel, x, y, the element's place in memory) for the whole image: the definition in common.clh.
+template <typename Visit>
+void visit_elements(const TensorLayout& layout, Visit&& visit) {
+    const int block = layout.block;
+    for (int c = 0; c < layout.channels; ++c) {
+        for (int y = 0; y < layout.height; ++y) {
+            for (int x = 0; x < layout.width; ++x) {
+                const size_t cell = static_cast<size_t>(y / block) * layout.row() + x / block * layout.stride;
+                const size_t element = cell + layout.offset + c * block * block + y % block * block + x % block;
+                visit(c, x, y, element * bytes_of(layout.storage));
+            }
+        }
+    }
+}
+
+void put(std::vector<unsigned char>& memory, size_t place, Storage storage, float value) {
+    const half as_half = value;
+    if (storage == Storage::f16)
+        std::memcpy(&memory[place], &as_half, 2);
+    else
+        std::memcpy(&memory[place], &value, 4);
+}
+
+float get(const std::vector<unsigned char>& memory, size_t place, Storage storage) {
+    half as_half;
+    float value;
+    std::memcpy(&as_half, &memory[place], 2);
+    if (storage == Storage::f16) return as_half;
+    std::memcpy(&value, &memory[place], 4);
+    return value;
+}
+
+cl::Buffer device_copy(ocl::Context& context, const void* data, size_t bytes) {
+    cl::Buffer buffer(context.context(), CL_MEM_READ_WRITE, bytes);
+    context.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, bytes, data);
+    return buffer;
+}
+
+/// Packs one set of a convolution's parameters as its kernel wants them.
+cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered, const graph::Parameters& parameters,
+                          int set) {
+    const size_t weights = parameters.weights_per_set();
+    const cl::Buffer weight_buffer =
+        device_copy(context, parameters.weights.data() + set * weights, weights * sizeof(float));
+    const cl::Buffer bias_buffer =
+        device_copy(context, parameters.biases.data() + static_cast<size_t>(set) * parameters.out_channels,
+                    parameters.out_channels * sizeof(float));
+    const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
+    runtime::PackLaunch(context, lowered).enqueue(context.queue(), weight_buffer, bias_buffer, packed, 0);
+    context.queue().finish();
+    return packed;
+}
+
+}  // namespace
+
+Planes planes(graph::Shape shape, const std::function<float(int, int, int)>& value) {
+    Planes image{shape, std::vector<float>(shape.elements())};
+    for (int c = 0; c < shape.channels; ++c)
+        for (int y = 0; y < shape.height; ++y)
+            for (int x = 0; x < shape.width; ++x) image.at(c, x, y) = value(c, x, y);
+    return image;
+}
+
+Planes random_planes(graph::Shape shape, std::mt19937& random, float low, float high) {
+    std::uniform_real_distribution<float> values(low, high);
+    return planes(shape, [&](int, int, int) { return values(random); });
+}
+
+Planes rounded(Planes image, Storage storage) {
+    if (storage == Storage::f16)
+        for (float& value : image.values) value = half(value);
+    return image;
+}
+
+TensorLayout pixel_layout(graph::Shape shape, Storage storage) {
+    return part_layout(shape, storage, 1, shape.channels, 0);
+}
+
+TensorLayout part_layout(graph::Shape shape, Storage storage, int block, int stride, int offset) {
+    return {0, storage, shape.width, shape.height, shape.channels, block, stride, offset};
+}
+
+cl::Buffer upload(ocl::Context& context, const TensorLayout& layout, const Planes* image) {
+    std::vector<unsigned char> memory = garbage(layout);
+    if (image) {
+        REQUIRE(image->shape == graph::Shape{layout.channels, layout.height, layout.width});
+        visit_elements(
+            layout, [&](int c, int x, int y, size_t place) { put(memory, place, layout.storage, image->at(c, x, y)); });
+    }
+    return device_copy(context, memory.data(), memory.size());
+}
+
+Planes download(ocl::Context& context, const TensorLayout& layout, const cl::Buffer& buffer) {
+    std::vector<unsigned char> memory = garbage(layout);
+    const std::vector<unsigned char> untouched = memory;
+    context.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, memory.size(), memory.data());
+
+    Planes image{{layout.channels, layout.height, layout.width}, {}};
+    image.values.resize(image.shape.elements());
+    visit_elements(layout, [&](int c, int x, int y, size_t place) {
+        image.at(c, x, y) = get(memory, place, layout.storage);
+        std::memcpy(&memory[place], &untouched[place], bytes_of(layout.storage));
+    });
+    CHECK_MESSAGE(memory == untouched, "a kernel wrote beside its result");
+    return image;
+}
+
+Planes run_operator(const runtime::Problem& problem, const runtime::Implementation& implementation,
+                    const runtime::Choices& choices, const std::vector<Planes>& inputs,
+                    const runtime::FrameConstants& frame, int parameter_set) {
+    const Device device = test_device();
+    ocl::Context& context = device.context();
+    const runtime::Lowered lowered = implementation.lower(problem, choices);
+    runtime::Bindings bindings;
+    for (size_t i = 0; i < inputs.size(); ++i)
+        bindings.inputs.push_back(upload(context, problem.inputs[i], &inputs[i]));
+    bindings.output = upload(context, problem.output);
+    bindings.frame = frame;
+    if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, parameter_set);
+
+    runtime::Launch launch(context, lowered.call);
+    launch.bind(bindings);
+    launch.enqueue(context.queue());
+    return download(context, problem.output, bindings.output);
+}
+
+void check_close(const Planes& result, const Planes& expected, float tolerance) {
+    REQUIRE(result.shape == expected.shape);
+    size_t wrong = 0;
+    std::string first;
+    for (int c = 0; c < expected.shape.channels; ++c) {
+        for (int y = 0; y < expected.shape.height; ++y) {
+            for (int x = 0; x < expected.shape.width; ++x) {
+                const float is = result.at(c, x, y), should = expected.at(c, x, y);
+                const bool equal = is == should || (std::isnan(is) && std::isnan(should)) ||
+                                   std::abs(is - should) <= tolerance * std::max(1.0f, std::abs(should));
+                if (!equal && wrong++ == 0)
+                    first = fmt::format("channel {} of pixel ({}, {}) is {}, not {}", c, x, y, is, should);
+            }
+        }
+    }
+    CHECK_MESSAGE(wrong == 0, wrong << " of " << expected.values.size() << " elements are wrong: " << first);
+}
+
+void check_operator(const runtime::Problem& problem, const std::vector<Planes>& inputs,
+                    const runtime::FrameConstants& frame, const Planes& expected, float tolerance, int parameter_set) {
+    const DeviceProfile profile = test_device().profile();
+    for (const runtime::Implementation& implementation : runtime::implementations(problem.node)) {
+        if (implementation.preference(problem, profile) == 0) continue;
+        for (const runtime::Choices& choices : implementation.choices(problem, profile)) {
+            std::string chosen = implementation.name;
+            for (const auto& [name, value] : choices) chosen += fmt::format(" {}={}", name, value);
+            CAPTURE(chosen);
+            check_close(run_operator(problem, implementation, choices, inputs, frame, parameter_set), expected,
+                        tolerance);
+        }
+    }
+}
+
+}  // namespace clarus::test

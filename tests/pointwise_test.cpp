@@ -1,0 +1,153 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "operator_harness.h"
+
+using namespace clarus;
+using namespace clarus::test;
+using graph::Step;
+using runtime::Storage;
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+double evaluate(const Step& step, const std::vector<double>& values) {
+    switch (step.function) {
+        case Step::Function::sigmoid:
+            return std::isnan(values[step.operands[0]]) ? 0 : 1 / (1 + std::exp(-values[step.operands[0]]));
+        case Step::Function::mix: {
+            const double a = values[step.operands[0]], b = values[step.operands[1]], c = values[step.operands[2]];
+            return c * a + (1 - c) * b;
+        }
+        case Step::Function::clamp: {
+            const double a = values[step.operands[0]];
+            return a > step.low ? std::min<double>(a, step.high) : step.low;
+        }
+    }
+    return kNan;
+}
+
+Planes expected_pointwise(const graph::Pointwise& program, const std::vector<Planes>& inputs) {
+    std::vector<int> channels;
+    for (const Planes& input : inputs) channels.push_back(input.shape.channels);
+    for (const Step& step : program.steps) {
+        int most = 1;
+        for (const int operand : step.operands) most = std::max(most, channels[operand]);
+        channels.push_back(most);
+    }
+    graph::Shape shape = inputs[0].shape;
+    shape.channels = 0;
+    std::vector<std::pair<int, int>> results;  // operand and its channel
+    for (const int result : program.results)
+        for (int c = 0; c < channels[result]; ++c) results.emplace_back(result, c);
+    shape.channels = static_cast<int>(results.size());
+
+    return planes(shape, [&](int channel, int x, int y) {
+        std::vector<double> values;
+        const auto [result, c] = results[channel];
+        for (const Planes& input : inputs) values.push_back(input.at(input.shape.channels == 1 ? 0 : c, x, y));
+        for (const Step& step : program.steps) values.push_back(evaluate(step, values));
+        return static_cast<float>(values[result]);
+    });
+}
+
+struct Operand {
+    int channels;
+    int block;
+    int stride, offset;
+    Storage storage = Storage::f32;
+};
+
+void check_pointwise(const graph::Pointwise& program, const std::vector<Planes>& images,
+                     const std::vector<Operand>& operands, const Operand& result, float tolerance) {
+    runtime::Problem problem;
+    std::vector<Planes> inputs;
+    for (size_t i = 0; i < images.size(); ++i) {
+        const Operand& operand = operands[i];
+        inputs.push_back(rounded(images[i], operand.storage));
+        problem.inputs.push_back(
+            part_layout(images[i].shape, operand.storage, operand.block, operand.stride, operand.offset));
+    }
+    const Planes expected = expected_pointwise(program, inputs);
+    REQUIRE(expected.shape.channels == result.channels);
+    problem.node = {program, {}, expected.shape, "pointwise"};
+    problem.output = part_layout(expected.shape, result.storage, result.block, result.stride, result.offset);
+    check_operator(problem, inputs, {}, expected, tolerance);
+}
+
+/// ENSS's last steps: α, candidate, feature and warped history make the new state.
+const graph::Pointwise kBlend{
+    {{Step::Function::sigmoid, {0}}, {Step::Function::mix, {1, 3, 4}}, {Step::Function::clamp, {5}, 0, 1}}, {6, 2}};
+
+void check_blend(int width, int height, int scale, Storage network, Storage history, int state_stride) {
+    CAPTURE(scale);
+    std::mt19937 random(8);
+    const int hr_width = width * scale, hr_height = height * scale, square = scale * scale;
+    const std::vector<Planes> images = {random_planes({1, hr_height, hr_width}, random, -9, 9),
+                                        random_planes({3, hr_height, hr_width}, random, -0.3f, 1.3f),
+                                        random_planes({1, hr_height, hr_width}, random, -2, 2),
+                                        random_planes({3, hr_height, hr_width}, random)};
+    check_pointwise(kBlend, images,
+                    {{1, scale, 5 * square, 0, network},
+                     {3, scale, 5 * square, square, network},
+                     {1, scale, 5 * square, 4 * square, network},
+                     {3, scale, 6 + 4 * square, 6, history}},
+                    {4, 1, state_stride, 0, history}, storage_tolerance(history));
+}
+
+}  // namespace
+
+TEST_CASE("a blend of blocks into pixels") {
+    check_blend(21, 13, 2, Storage::f32, Storage::f32, 4);
+    check_blend(21, 13, 2, Storage::f16, Storage::f16, 4);
+    check_blend(9, 7, 3, Storage::f32, Storage::f32, 4);
+    check_blend(10, 5, 4, Storage::f32, Storage::f16, 6);
+}
+
+TEST_CASE("the sigmoid is accurate, and a number whatever it is given") {
+    const graph::Shape shape{1, 2, 4001};
+    Planes images =
+        planes(shape, [](int, int x, int y) { return static_cast<float>(x - 2000) * (y ? 0.05f : 0.005f); });
+    images.values[0] = kNan;
+    images.values[1] = std::numeric_limits<float>::infinity();
+    images.values[2] = -std::numeric_limits<float>::infinity();
+    images.values[3] = 1e30f;
+    images.values[4] = -1e30f;
+    const graph::Pointwise sigmoid{{{Step::Function::sigmoid, {0}}}, {1}};
+    check_pointwise(sigmoid, {images}, {{1, 1, 1, 0}}, {1, 1, 1, 0}, 1e-6f);
+
+    images.shape = {1, 2, 4000};
+    images.values.resize(8000);
+    check_pointwise(sigmoid, {images}, {{1, 2, 4, 0}}, {1, 2, 8, 4}, 1e-6f);
+}
+
+TEST_CASE("a clamp lets no NaN through") {
+    Planes images = planes({4, 6, 8}, [](int c, int x, int y) { return static_cast<float>(x - y) * 0.3f + c; });
+    images.values[0] = images.values[50] = images.values[190] = kNan;
+    images.values[1] = std::numeric_limits<float>::infinity();
+    images.values[60] = -std::numeric_limits<float>::infinity();
+    const graph::Pointwise clamp{{{Step::Function::clamp, {0}, -0.25f, 0.7f}}, {1}};
+    check_pointwise(clamp, {images}, {{4, 1, 4, 0}}, {4, 1, 5, 1}, 1e-6f);
+    check_pointwise(clamp, {images}, {{4, 1, 4, 0}}, {4, 2, 24, 3}, 1e-6f);
+    check_pointwise(clamp, {images}, {{4, 2, 16, 0}}, {4, 2, 16, 0}, 1e-6f);
+}
+
+TEST_CASE("a program without steps copies between layouts and storages") {
+    std::mt19937 random(4);
+    const Planes images = random_planes({3, 12, 24}, random, -3, 3);
+    const graph::Pointwise copy{{}, {0}};
+    check_pointwise(copy, {images}, {{3, 1, 3, 0, Storage::f16}}, {3, 4, 50, 2, Storage::f32}, 0);
+    check_pointwise(copy, {images}, {{3, 3, 30, 1, Storage::f32}}, {3, 1, 8, 5, Storage::f32}, 0);
+    check_pointwise(copy, {images}, {{3, 4, 48, 0, Storage::f16}}, {3, 2, 12, 0, Storage::f16}, 0);
+}
+
+TEST_SUITE("small") {
+    TEST_CASE("pointwise programs on small images") {
+        check_blend(1, 1, 2, Storage::f32, Storage::f32, 4);
+        check_blend(3, 2, 3, Storage::f16, Storage::f16, 4);
+    }
+}
