@@ -10,62 +10,54 @@
 namespace clarus::ocl {
 namespace {
 
-// 1/3 is read as a half, doubled and written as one. 0x3555 is the half nearest to 1/3; 0x3955 is twice that.
-constexpr const char* half_storage_source = R"(
-kernel void probe(global half* values) { vstore_half(2.0f * vload_half(0, values), 2, values); }
+using Values = std::array<cl_ushort, 4>;
+
+// The first value, the half nearest to 1/3, is read as one, doubled, and written as one: twice that. The others say
+// what the compiler claims. Clang defines cl_khr_fp16 exactly where it accepts arithmetic in half; others may take it
+// anyway.
+constexpr const char* claims_source = R"(
+kernel void probe(global ushort* values) {
+    vstore_half(2.0f * vload_half(0, (global half*)values), 1, (global half*)values);
+#ifdef FP_FAST_FMAF
+    values[2] = 1;
+#endif
+#if defined(cl_khr_fp16) || !defined(__clang__)
+    values[3] = 1;
+#endif
+}
 )";
-constexpr std::array<cl_ushort, 3> half_storage_values = {0x3555, 0, 0x3955};
+constexpr Values claims_given = {0x3555, 0, 0, 0};
+constexpr cl_ushort doubled = 0x3955;
 
 // 2048 + 1 is 2048 in half and 2049 in float, so that a device that computes in float gives itself away: it makes 2 of
-// what is 1 in half. Clang defines cl_khr_fp16 exactly where it accepts half; asking it first spares its complaints.
+// what is 1 in half.
 constexpr const char* half_arithmetic_source = R"(
-#if defined(cl_khr_fp16) || !defined(__clang__)
 #pragma OPENCL EXTENSION cl_khr_fp16 : enable
 kernel void probe(global half* values) {
     const half large = values[0], one = values[1];
     values[2] = (large + one) - large + one;
 }
-#else
-kernel void probe(global ushort* values) {}
-#endif
 )";
-constexpr std::array<cl_ushort, 3> half_arithmetic_values = {0x6800, 0x3c00, 0x3c00};
+constexpr cl_ushort half_one = 0x3c00;
+constexpr Values half_arithmetic_given = {0x6800, half_one, 0, 0};
 
-constexpr const char* fast_fma_source = R"(
-kernel void probe(global ushort* values) {
-#ifdef FP_FAST_FMAF
-    values[2] = 1;
-#endif
-}
-)";
-constexpr std::array<cl_ushort, 3> fast_fma_values = {0, 0, 1};
-
-class Prober {
-  public:
-    explicit Prober(const cl::Device& device) : device_(device), context_(device), queue_(context_, device) {}
-
-    // Whether the kernel compiles and, given the first two values and 0, makes the third.
-    bool computes(const char* source, const std::array<cl_ushort, 3>& values) const {
-        try {
-            const cl::Program program(context_, source);
-            program.build(device_);
-            std::array<cl_ushort, 4> found = {values[0], values[1], 0, 0};
-            const cl::Buffer buffer(context_, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, sizeof found, found.data());
-            cl::Kernel kernel(program, "probe");
-            kernel.setArg(0, buffer);
-            queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(1), cl::NDRange(1));
-            queue_.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof found, found.data());
-            return found[2] == values[2];
-        } catch (const cl::Error&) {
-            return false;
-        }
+// What the kernel makes of the values; they come back as they were where it does not compile or run.
+Values run(const cl::Device& device, const char* source, Values values) {
+    try {
+        const cl::Context context(device);
+        const cl::CommandQueue queue(context, device);
+        const cl::Program program(context, source);
+        program.build(device);
+        const cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, sizeof values, values.data());
+        cl::Kernel kernel(program, "probe");
+        kernel.setArg(0, buffer);
+        queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(1), cl::NDRange(1));
+        queue.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof values, values.data());
+    } catch (const cl::Error& error) {
+        log(LogLevel::debug, "a probe fails: {} says {}", error.what(), status_name(error.err()));
     }
-
-  private:
-    cl::Device device_;
-    cl::Context context_;
-    cl::CommandQueue queue_;
-};
+    return values;
+}
 
 // A device that claims to be of every type is a simulator, whose compiler takes more than it can run.
 bool is_simulator(const cl::Device& device) {
@@ -74,28 +66,25 @@ bool is_simulator(const cl::Device& device) {
 }
 
 Abilities probe_now(const cl::Device& device) {
-    const Prober prober(device);
-    return {.half_storage = prober.computes(half_storage_source, half_storage_values),
-            .half_arithmetic = !is_simulator(device) && prober.computes(half_arithmetic_source, half_arithmetic_values),
-            .fast_fma = prober.computes(fast_fma_source, fast_fma_values)};
+    const Values claims = run(device, claims_source, claims_given);
+    Abilities abilities{.half_storage = claims[1] == doubled, .half_arithmetic = false, .fast_fma = claims[2] == 1};
+    if (claims[3] == 1 && !is_simulator(device))
+        abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given)[2] == half_one;
+    return abilities;
 }
 
 }  // namespace
 
 Abilities probe(const cl::Device& device) {
-    try {
-        const DiskCache cache(programs_directory());
-        const CacheKey key = cache_key(
-            {"abilities", half_storage_source, half_arithmetic_source, fast_fma_source, device_identity(device)});
-        if (const auto kept = cache.load(key); kept && kept->size() == 3)
-            return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0};
-        const Abilities abilities = probe_now(device);
+    const DiskCache cache(programs_directory());
+    const CacheKey key = cache_key({"abilities", claims_source, half_arithmetic_source, device_identity(device)});
+    if (const auto kept = cache.load(key); kept && kept->size() == 3)
+        return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0};
+    const Abilities abilities = probe_now(device);
+    // Every compiler has vload_half: where it fails, something else went wrong, which may pass.
+    if (abilities.half_storage)
         cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma});
-        return abilities;
-    } catch (const cl::Error& error) {
-        log(LogLevel::debug, "a device cannot be probed: {} says {}", error.what(), status_name(error.err()));
-        return {};
-    }
+    return abilities;
 }
 
 }  // namespace clarus::ocl

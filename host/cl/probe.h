@@ -11,7 +11,7 @@ struct Abilities {
     bool fast_fma = false;
 };
 
-/// From the disk cache where it was probed before. A device that fails a probe lacks the ability; nothing throws.
+/// From the disk cache where it was probed before. What a device fails to compile or run it lacks.
 Abilities probe(const cl::Device& device);
 
 }  // namespace clarus::ocl

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -53,6 +54,15 @@ std::string list(const std::vector<PlacedDevice>& devices) {
     return text;
 }
 
+// Keeps a sub-device until the process ends: PoCL 3.1 frees one with its last reference although a worker thread of its
+// may still be taking leave of the last event.
+cl::Device kept(const cl::Device& device) {
+    static std::mutex mutex;
+    static auto& devices = *new std::vector<cl::Device>;
+    const std::lock_guard lock(mutex);
+    return devices.emplace_back(device);
+}
+
 cl::Device sub_device(const PlacedDevice& placed, int compute_units) {
     const auto available = int(placed.device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
     if (compute_units < 1 || compute_units > available)
@@ -67,7 +77,7 @@ cl::Device sub_device(const PlacedDevice& placed, int compute_units) {
         try {
             std::vector<cl::Device> parts;
             cl::Device(placed.device).createSubDevices(partition, &parts);
-            if (!parts.empty()) return parts.front();
+            if (!parts.empty()) return kept(parts.front());
         } catch (const cl::Error&) {
         }
     }
