@@ -43,8 +43,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bicubi
     const Coordinate u = source_coordinate(x, frame.jitter_x);
     const Coordinate v = source_coordinate(y, frame.jitter_y);
     const int4 taps = (int4)(-1, 0, 1, 2);
-    const int4 columns = clamp(u.whole + taps, 0, IN_WIDTH - 1);
-    const int4 rows = clamp(v.whole + taps, 0, IN_HEIGHT - 1);
+    const int4 columns = clamp(u.whole + taps, (int4)(0), (int4)(IN_WIDTH - 1));
+    const int4 rows = clamp(v.whole + taps, (int4)(0), (int4)(IN_HEIGHT - 1));
     const float4 along_x = keys(u.fraction), along_y = keys(v.fraction);
     for (int c = 0; c < OUT_CHANNELS; ++c) {
 #define ROW(y)                                                                                             \
