@@ -10,7 +10,7 @@ namespace clarus::render {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double time_step = 1.0 / 60;
+constexpr double time_step = 1.0 / frame_rate;
 constexpr int moving_frames = 32, still_frames = 16, cycle_frames = moving_frames + still_frames;
 // The first frame is in full motion, so that short sequences have some.
 constexpr int first_frame_in_cycle = 8;

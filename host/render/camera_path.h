@@ -6,7 +6,7 @@
 
 namespace clarus::render {
 
-/// An endless walk, flight or look around on the demo scene's square, at 60 frames a second. Motion comes in cycles of
+/// An endless walk, flight or look around on the demo scene's square. Motion comes in cycles of
 /// 48 frames: 32 in which the camera moves, starting and stopping gently, and 16 in which it stands still, every other
 /// time together with all objects.
 class CameraPath {

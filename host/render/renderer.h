@@ -6,6 +6,8 @@
 
 namespace clarus::render {
 
+constexpr int frame_rate = 60;
+
 struct RenderSettings {
     Size render_size{480, 270};
     Size output_size{960, 540};

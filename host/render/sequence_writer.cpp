@@ -4,7 +4,7 @@
 #include <tbb/parallel_invoke.h>
 
 #include <ranges>
-#include <span>
+#include <utility>
 
 #include "base/error.h"
 #include "io/file.h"
@@ -12,52 +12,35 @@
 namespace clarus::render {
 namespace fs = std::filesystem;
 
-namespace {
+SequenceWriter::SequenceWriter(fs::path folder, const RenderSettings& settings, double scale, bool replace) {
+    sequence_.folder = std::move(folder);
+    sequence_.render_size = settings.render_size;
+    sequence_.scale = scale;
+    sequence_.frame_rate = frame_rate;
+    sequence_.color_space = settings.hdr ? ColorSpace::linear : ColorSpace::srgb;
+    sequence_.motion.sampled_at_jitter = !settings.motion_at_centre;
 
-/// Whole numbers as such, so that the file reads as people write it.
-nlohmann::ordered_json number(double value) {
-    if (value == static_cast<int>(value)) return static_cast<int>(value);
-    return value;
-}
-
-}  // namespace
-
-SequenceWriter::SequenceWriter(fs::path folder, const RenderSettings& settings, double scale, bool replace)
-    : folder_(std::move(folder)), hdr_(settings.hdr) {
-    const fs::path index = folder_ / "sequence.json";
+    const fs::path index = sequence_.folder / "sequence.json";
     std::error_code error;
     if (fs::exists(index, error) && !replace) {
         fail(ErrorKind::file, "{} holds a sequence already; give another folder, or --force to replace it",
-             folder_.string());
+             sequence_.folder.string());
     }
+    std::vector<fs::path> places = {sequence_.folder};
+    for (const char* kind : {"color", "depth", "motion"}) places.push_back(sequence_.folder / kind);
+    if (settings.reference_grid > 0) places.push_back(sequence_.folder / "reference");
     try {
-        for (const char* kind : {"", "color", "depth", "motion", "reference"}) {
-            const fs::path place = folder_ / kind;
-            if (kind == std::string("reference") && settings.reference_grid == 0) continue;
-            if (fs::create_directories(place, error)) written_.push_back(place);
+        for (const fs::path& place : places) {
+            if (fs::create_directories(place, error)) made_.push_back(place);
             if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", place.string(), error.message());
         }
-        // An empty index is no sequence; writing it shows whether the folder can be written to.
+        // Shows whether the folder can be written to, and ends the old sequence, whose frames are about to go.
         io::write_file_atomically(index, {});
         fs::remove(index);
     } catch (...) {
         remove_files();
         throw;
     }
-    const char* sampled_at = settings.motion_at_centre ? "centre" : "jittered";
-    description_ = {{"version", 1},
-                    {"render_size", {settings.render_size.width, settings.render_size.height}},
-                    {"scale", number(scale)},
-                    {"frame_rate", 60},
-                    {"color_space", settings.hdr ? "linear" : "srgb"},
-                    {"depth", {{"encoding", "linear"}, {"reversed", false}}},
-                    {"motion",
-                     {{"unit", "pixels"},
-                      {"direction", "to_previous"},
-                      {"y", "down"},
-                      {"jittered", false},
-                      {"sampled_at", sampled_at}}},
-                    {"frames", nlohmann::ordered_json::array()}};
 }
 
 SequenceWriter::~SequenceWriter() {
@@ -66,44 +49,40 @@ SequenceWriter::~SequenceWriter() {
 
 void SequenceWriter::remove_files() noexcept {
     std::error_code ignored;
-    for (const fs::path& path : written_ | std::views::reverse) fs::remove(path, ignored);
+    for (const fs::path& path : made_ | std::views::reverse) fs::remove(path, ignored);
 }
 
 fs::path SequenceWriter::new_file(const char* kind, const std::string& name) {
-    written_.push_back(folder_ / kind / name);
-    return written_.back();
+    made_.push_back(sequence_.folder / kind / name);
+    return made_.back();
 }
 
 void SequenceWriter::add(const RenderedFrame& frame, Vec2 jitter) {
-    auto& frames = description_["frames"];
-    const std::string number = fmt::format("{:04}", frames.size()), picture = number + (hdr_ ? ".exr" : ".png"),
-                      data = number + ".exr";
-    nlohmann::ordered_json entry = {{"color", "color/" + picture},
-                                    {"depth", "depth/" + data},
-                                    {"motion", "motion/" + data},
-                                    {"jitter", {jitter.x, jitter.y}}};
-    if (frames.empty()) entry["reset"] = true;
-    const fs::path color = new_file("color", picture), depth = new_file("depth", data),
-                   motion = new_file("motion", data);
-    const io::SampleType picture_type = hdr_ ? io::SampleType::f16 : io::SampleType::u8;
-    const auto write_inputs = [&] {
-        io::write_image(color, frame.color, picture_type);
-        io::write_image(depth, frame.depth, io::SampleType::f32);
-        io::write_image(motion, frame.motion, io::SampleType::f32);
-    };
-    if (frame.reference.values.empty()) {
-        write_inputs();
-    } else {
-        const fs::path reference = new_file("reference", picture);
-        entry["reference"] = "reference/" + picture;
-        tbb::parallel_invoke(write_inputs, [&] { io::write_image(reference, frame.reference, picture_type); });
-    }
-    frames.push_back(std::move(entry));
+    const bool hdr = sequence_.color_space == ColorSpace::linear;
+    const io::SampleType picture_type = hdr ? io::SampleType::f16 : io::SampleType::u8;
+    io::FrameFiles files;
+    files.name = fmt::format("{:04}", sequence_.frames.size());
+    files.jitter = jitter;
+    files.reset = sequence_.frames.empty();
+    const std::string picture = files.name + (hdr ? ".exr" : ".png"), data = files.name + ".exr";
+    files.color = new_file("color", picture);
+    files.depth = new_file("depth", data);
+    files.motion = new_file("motion", data);
+    if (!frame.reference.values.empty()) files.reference = new_file("reference", picture);
+    tbb::parallel_invoke(
+        [&] {
+            io::write_image(files.color, frame.color, picture_type);
+            io::write_image(files.depth, frame.depth, io::SampleType::f32);
+            io::write_image(files.motion, frame.motion, io::SampleType::f32);
+        },
+        [&] {
+            if (!files.reference.empty()) io::write_image(files.reference, frame.reference, picture_type);
+        });
+    sequence_.frames.push_back(std::move(files));
 }
 
 void SequenceWriter::finish() {
-    const std::string text = description_.dump(2) + "\n";
-    io::write_file_atomically(folder_ / "sequence.json", std::as_bytes(std::span(text)));
+    io::write_sequence(sequence_, sequence_.folder);
     finished_ = true;
 }
 

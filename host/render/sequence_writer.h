@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <vector>
 
+#include "io/sequence.h"
 #include "render/renderer.h"
 
 namespace clarus::render {
@@ -20,16 +20,15 @@ class SequenceWriter {
 
     /// Frames are numbered from 0 as they come.
     void add(const RenderedFrame& frame, Vec2 jitter);
+    /// After at least one frame.
     void finish();
 
   private:
     std::filesystem::path new_file(const char* kind, const std::string& name);
     void remove_files() noexcept;
 
-    std::filesystem::path folder_;
-    bool hdr_;
-    nlohmann::ordered_json description_;
-    std::vector<std::filesystem::path> written_;  // files, and the folders made for them; in the order they were made
+    io::Sequence sequence_;
+    std::vector<std::filesystem::path> made_;  // files and folders, in the order they were made
     bool finished_ = false;
 };
 
