@@ -11,8 +11,8 @@ inline std::string test_selector() {
     return selector ? selector : "auto";
 }
 
-/// The device under test, opened once.
+/// The device under test, opened once and never closed: at the program's exit the driver may be gone before it.
 inline clarus::Device test_device() {
-    static const clarus::Device device = clarus::Device::open(test_selector());
+    static const clarus::Device& device = *new clarus::Device(clarus::Device::open(test_selector()));
     return device;
 }
