@@ -1,5 +1,6 @@
 #include "render/demo_scene.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -54,7 +55,11 @@ M44d on_track(double along, double half_side, double corner) {
 class Town {
   public:
     Town(Scene& scene, int number, const CameraPath& path)
-        : scene_(scene), path_(path), random_(static_cast<uint64_t>(number) * 2), palette_(scene, random_) {}
+        : scene_(scene),
+          path_(path),
+          random_(static_cast<uint64_t>(number) * 2),
+          palette_(scene, random_),
+          paving_(static_cast<size_t>(number % 4)) {}
 
     void build() {
         set_environment();
@@ -130,7 +135,9 @@ class Town {
     }
 
     void lay_ground() {
-        lay_ring(palette_.tiles, 0, plaza_side - 1.5f, 2);
+        const std::array pavings = {palette_.cobbles, palette_.tiles, palette_.brick, palette_.slabs};
+        const std::array repeats = {2.2f, 2.0f, 1.3f, 1.5f};
+        lay_ring(pavings[paving_], 0, plaza_side - 1.5f, repeats[paving_]);
         lay_ring(palette_.cobbles, plaza_side - 1.5f, plaza_side, 1.6f);
         lay_ring(palette_.lawn, plaza_side, lawn_side, 3);
         lay_ring(palette_.asphalt, lawn_side, road_side, 4);
@@ -351,6 +358,7 @@ class Town {
     const CameraPath& path_;
     Random random_;
     Palette palette_;
+    size_t paving_;
     Model ground_and_things_;
     std::vector<std::pair<V2d, double>> taken_;
 };

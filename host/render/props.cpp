@@ -62,6 +62,7 @@ Palette::Palette(Scene& scene, Random& random) {
         return V3f(between(random, low, high), between(random, low, high), between(random, low, high));
     };
     tiles = glossy("tiles", V3f(1), 0.25f, 6, 0.02f);
+    slabs = glossy("concrete", {1.05f, 0.95f, 0.8f}, 0.2f, 5, 0.02f);
     cobbles = glossy("cobbles", V3f(1), 0.1f, 4, 0);
     asphalt = plain("asphalt");
     lawn = plain("grass");

@@ -10,7 +10,7 @@ struct Palette {
     /// Adds them to the scene; `random` chooses among colours.
     Palette(Scene& scene, Random& random);
 
-    int tiles, cobbles, asphalt, lawn, field, brick, plaster, planks, concrete, bark, leaves, blades, lattice;
+    int tiles, slabs, cobbles, asphalt, lawn, field, brick, plaster, planks, concrete, bark, leaves, blades, lattice;
     int white_paint, rail, wire, chrome, gold, checker, sign, stripes, rubber, glass, lamp_glow, plates;
     std::array<int, 4> facades, roofs, paints, foliage;
 };
