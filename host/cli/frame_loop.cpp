@@ -35,17 +35,6 @@ struct Slot {
     std::future<void> written;
 };
 
-// Frames of one sequence may differ in channels that nobody needs; the upscaler's formats may not.
-io::Pixels with_channels(io::Pixels pixels, int channels) {
-    if (pixels.channels <= channels) return pixels;
-    size_t out = 0;
-    for (size_t in = 0; in < pixels.values.size(); in += pixels.channels)
-        for (int channel = 0; channel < channels; ++channel) pixels.values[out++] = pixels.values[in + channel];
-    pixels.values.resize(out);
-    pixels.channels = channels;
-    return pixels;
-}
-
 Image image(io::Pixels& pixels) {
     return pixels.values.empty() ? Image{} : Image{.host = pixels.values.data(), .size = pixels.size};
 }
@@ -88,9 +77,6 @@ class FrameLoop {
 
         const Trace::Span span(trace_, Trace::Track::main, "wait for input", slot.files->name);
         slot.input = std::move(reader_.next()->pixels);
-        slot.input.color = with_channels(std::move(slot.input.color), 3);
-        slot.input.depth = with_channels(std::move(slot.input.depth), 1);
-        slot.input.motion = with_channels(std::move(slot.input.motion), 2);
         const Size size = upscaler_.output_size();
         slot.output = {size, 3, std::vector<float>(static_cast<size_t>(size.width) * size.height * 3)};
     }

@@ -1,0 +1,546 @@
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "io/file.h"
+#include "io/image.h"
+#include "io/sequence.h"
+#include "metrics/display.h"
+#include "metrics/quality.h"
+#include "temporary_folder.h"
+#include "test_device.h"
+
+using namespace clarus;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr Size render_size{24, 16};
+constexpr Size output_size{48, 32};
+constexpr int frame_count = 4;
+const std::string network = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
+const std::string network_x3 = CLARUS_GOLDEN_DIR "/enss_x3_table.model.safetensors";
+
+struct Outcome {
+    int exit_code = 0;
+    std::string out, err;
+};
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+// Runs the tool in a shell, with what stands before it: variables, limits.
+Outcome run_tool_after(const std::string& before, const std::vector<std::string>& arguments) {
+    const TemporaryFolder folder;
+    std::string line = before + " '" CLARUS_TOOL "'";
+    for (const std::string& argument : arguments) line += " '" + argument + "'";
+    line += fmt::format(" >'{}' 2>'{}'", (folder / "out").string(), (folder / "err").string());
+    const int status = std::system(line.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, io::read_file(folder / "out"), io::read_file(folder / "err")};
+}
+
+Outcome run_tool(const std::vector<std::string>& arguments) { return run_tool_after("", arguments); }
+
+io::Pixels noise(Size size, int channels, float low, float high, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> distribution(low, high);
+    io::Pixels pixels{size, channels, {}};
+    pixels.values.resize(static_cast<size_t>(size.width) * size.height * channels);
+    for (float& value : pixels.values) value = distribution(random);
+    return pixels;
+}
+
+// A sequence of noise, written as a renderer would write one, and a place for results.
+class Workplace {
+  public:
+    explicit Workplace(ColorSpace color_space = ColorSpace::srgb) {
+        const bool linear = color_space == ColorSpace::linear;
+        io::Sequence description;
+        description.folder = sequence();
+        description.render_size = render_size;
+        description.color_space = color_space;
+        for (const char* name : {"color", "depth", "motion", "reference"}) fs::create_directories(sequence() / name);
+        for (int i = 0; i < frame_count; ++i) {
+            const std::string name = fmt::format("{:04}", i);
+            const auto path = [&](const char* kind, const char* extension) {
+                return sequence() / kind / (name + extension);
+            };
+            const char* extension = linear ? ".exr" : ".png";
+            const io::SampleType type = linear ? io::SampleType::f32 : io::SampleType::u8;
+            const float brightest = linear ? 5.0f : 1.0f;
+            io::FrameFiles frame;
+            frame.color = path("color", extension);
+            frame.depth = path("depth", ".exr");
+            frame.motion = path("motion", ".exr");
+            frame.reference = path("reference", extension);
+            frame.reset = i == 0;
+            frame.name = name;
+            io::write_image(frame.color, noise(render_size, 3, 0, brightest, 4 * i), type);
+            io::write_image(frame.depth, noise(render_size, 1, 0, 1, 4 * i + 1), io::SampleType::f32);
+            io::write_image(frame.motion, noise(render_size, 2, -2, 2, 4 * i + 2), io::SampleType::f32);
+            io::write_image(frame.reference, noise(output_size, 3, 0, brightest, 4 * i + 3), type);
+            description.frames.push_back(frame);
+        }
+        io::write_sequence(description, sequence());
+    }
+
+    fs::path sequence() const { return folder_ / "sequence"; }
+    fs::path output() const { return folder_ / "output"; }
+    fs::path operator/(const fs::path& name) const { return folder_ / name; }
+
+    Outcome upscale(const std::string& model, std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments{"upscale",  sequence().string(), "--model",  model,
+                                           "--output", output().string(),   "--device", test_selector()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_tool(arguments);
+    }
+
+    json description() const { return json::parse(io::read_file(sequence() / "sequence.json")); }
+    void describe(const json& description) const { write("sequence/sequence.json", description.dump()); }
+    void write(const fs::path& name, const std::string& text) const {
+        std::ofstream(folder_ / name, std::ios::binary) << text;
+    }
+
+    // Files in the output folder, "0000.png" or "views/alpha/0000.png".
+    std::set<std::string> outputs() const {
+        std::set<std::string> names;
+        if (!fs::is_directory(output())) return names;
+        for (const auto& entry : fs::recursive_directory_iterator(output()))
+            if (!entry.is_directory()) names.insert(fs::relative(entry.path(), output()).string());
+        return names;
+    }
+
+  private:
+    TemporaryFolder folder_;
+};
+
+const std::set<std::string> all_png{"0000.png", "0001.png", "0002.png", "0003.png"};
+
+// Exit code 1, one message that names the culprit, and nothing written.
+void check_refused(const Workplace& place, const Outcome& outcome, const std::string& culprit) {
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.out == "");
+    CHECK_MESSAGE(contains(outcome.err, "clarus: error: "), outcome.err);
+    CHECK_MESSAGE(contains(outcome.err, culprit), outcome.err);
+    CHECK(place.outputs().empty());
+}
+
+// A model file in parts: what its header says, and its tensors' bytes.
+struct ModelFile {
+    json header;
+    std::string body;
+
+    static ModelFile read(const fs::path& path) {
+        const std::string bytes = io::read_file(path);
+        uint64_t length = 0;
+        std::memcpy(&length, bytes.data(), sizeof length);
+        return {json::parse(bytes.substr(8, length)), bytes.substr(8 + length)};
+    }
+    std::string bytes() const {
+        const std::string text = header.dump();
+        const uint64_t length = text.size();
+        return std::string(reinterpret_cast<const char*>(&length), sizeof length) + text + body;
+    }
+};
+
+metrics::FrameQuality quality(const fs::path& image, const fs::path& reference) {
+    return metrics::measure(metrics::display_values(io::read_image(image), ColorSpace::srgb),
+                            metrics::display_values(io::read_image(reference), ColorSpace::srgb));
+}
+
+}  // namespace
+
+TEST_CASE("upscale writes a PNG a frame, numbered like the input") {
+    const Workplace place;
+    for (const std::string& model : {std::string("bicubic"), network}) {
+        const Outcome outcome = place.upscale(model);
+        CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+        CHECK(contains(outcome.out, "PSNR"));
+        CHECK(place.outputs() == all_png);
+        CHECK(io::read_image_header(place.output() / "0003.png").size == output_size);
+    }
+}
+
+TEST_CASE("upscale --format exr holds the same picture without rounding") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic", {"--format", "exr"}).exit_code == 0);
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const io::Pixels exact = io::read_image(place.output() / "0001.exr");
+    const io::Pixels rounded = io::read_image(place.output() / "0001.png");
+    REQUIRE(exact.values.size() == rounded.values.size());
+    float largest = 0;
+    for (size_t i = 0; i < exact.values.size(); ++i)
+        largest = std::max(largest, std::abs(exact.values[i] - rounded.values[i]));
+    CHECK(largest > 0);
+    CHECK(largest <= 0.5f / 255 + 1e-5f);
+}
+
+TEST_CASE("upscale --frames takes a part, which starts anew") {
+    const Workplace place;
+    REQUIRE(place.upscale(network, {"--frames", "2:"}).exit_code == 0);
+    CHECK(place.outputs() == std::set<std::string>{"0002.png", "0003.png"});
+    const std::string started_at_2 = io::read_file(place.output() / "0002.png");
+
+    json description = place.description();
+    description["frames"][2]["reset"] = true;
+    place.describe(description);
+    REQUIRE(place.upscale(network).exit_code == 0);
+    CHECK(io::read_file(place.output() / "0002.png") == started_at_2);
+
+    check_refused(Workplace(), Workplace().upscale("bicubic", {"--frames", "2:5"}), "--frames 2:5");
+}
+
+TEST_CASE("upscale of linear HDR writes linear EXR and refuses PNG") {
+    const Workplace place(ColorSpace::linear);
+    check_refused(place, place.upscale("bilinear", {"--format", "png"}), "--format exr");
+    REQUIRE(place.upscale("bilinear").exit_code == 0);
+    CHECK(place.outputs() == std::set<std::string>{"0000.exr", "0001.exr", "0002.exr", "0003.exr"});
+    const io::Pixels image = io::read_image(place.output() / "0000.exr");
+    CHECK(*std::max_element(image.values.begin(), image.values.end()) > 2);
+}
+
+TEST_CASE("a filter takes any scale") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic", {"--scale", "1.5"}).exit_code == 0);
+    CHECK(io::read_image_header(place.output() / "0000.png").size == Size{36, 24});
+}
+
+TEST_CASE("upscale --report says what was run, how well and with what") {
+    const Workplace place;
+    const fs::path file = place / "report.json";
+    REQUIRE(place.upscale(network, {"--report", file.string()}).exit_code == 0);
+    const json report = json::parse(io::read_file(file));
+    CHECK(report["model"]["pipeline"] == "enss");
+    CHECK(report["render_size"] == json{24, 16});
+    CHECK(report["output_size"] == json{48, 32});
+    CHECK(report["device"]["driver_version"].get<std::string>() == test_device().profile().driver_version);
+    CHECK(report["memory"]["arena"].get<size_t>() >= report["memory"]["live_at_worst"].get<size_t>());
+    CHECK(report["memory"]["live_at_worst"].get<size_t>() > 0);
+    REQUIRE(report["stages"].size() > 3);
+    for (const json& stage : report["stages"]) CHECK(stage["seconds"].get<double>() >= 0);
+    REQUIRE(report["frames"].size() == frame_count);
+
+    double psnr_sum = 0;
+    for (int i = 0; i < frame_count; ++i) {
+        const std::string name = fmt::format("{:04}", i);
+        CHECK(report["frames"][i]["name"] == name);
+        CHECK(report["frames"][i]["invalid_motion_vectors"] == 0);
+        // The report's figures come from before the PNG's rounding.
+        const auto expected =
+            quality(place.output() / (name + ".png"), place.sequence() / "reference" / (name + ".png"));
+        CHECK(report["frames"][i]["psnr"].get<double>() == doctest::Approx(expected.psnr).epsilon(0.001));
+        CHECK(report["frames"][i]["ssim"].get<double>() == doctest::Approx(*expected.ssim).epsilon(0.01));
+        psnr_sum += report["frames"][i]["psnr"].get<double>();
+    }
+    CHECK(report["quality"]["psnr"].get<double>() == doctest::Approx(psnr_sum / frame_count));
+}
+
+TEST_CASE("upscale --trace writes spans of every stage and frame") {
+    const Workplace place;
+    const fs::path file = place / "trace.json";
+    const Outcome outcome = place.upscale(network, {"--trace", file.string(), "--profile"});
+    REQUIRE(outcome.exit_code == 0);
+    CHECK(contains(outcome.out, "GFLOP/s"));
+
+    const json trace = json::parse(io::read_file(file));
+    std::map<std::string, std::set<std::string>> frames_of;
+    for (const json& event : trace["traceEvents"]) {
+        if (event["ph"] != "X") continue;
+        CHECK(event["dur"].get<double>() >= 0);
+        frames_of[event["name"]].insert(event["args"]["frame"].get<std::string>());
+    }
+    CHECK(frames_of["write"].size() == frame_count);
+    size_t stages = 0;
+    for (const auto& [name, frames] : frames_of) {
+        CHECK_MESSAGE(frames.size() == frame_count, name);
+        stages += contains(outcome.out, name);
+    }
+    CHECK(stages > 3);
+}
+
+TEST_CASE("upscale --view writes what the pipeline saw") {
+    const Workplace place;
+    const Outcome list = place.upscale(network, {"--view", "list"});
+    REQUIRE(list.exit_code == 0);
+    CHECK(contains(list.out, "alpha\n"));
+    CHECK(place.outputs().empty());
+
+    check_refused(place, place.upscale(network, {"--view", "entrails"}), "entrails");
+
+    REQUIRE(place.upscale(network, {"--view", "alpha", "--view", "motion", "--frames", ":2"}).exit_code == 0);
+    CHECK(place.outputs() == std::set<std::string>{"0000.png", "0001.png", "views/alpha/0000.png",
+                                                   "views/alpha/0001.png", "views/motion/0000.png",
+                                                   "views/motion/0001.png"});
+    const io::Pixels alpha = io::read_image(place.output() / "views/alpha/0001.png");
+    CHECK(alpha.size == output_size);
+    CHECK(alpha.at(3, 3, 0) == alpha.at(3, 3, 2));
+}
+
+TEST_CASE("a second start compiles no kernel") {
+    const Workplace place;
+    const std::string cache = "CLARUS_CACHE_DIR='" + (place / "cache").string() + "'";
+    const auto programs_compiled = [&] {
+        const fs::path report = place / "report.json";
+        const Outcome outcome =
+            run_tool_after(cache, {"upscale", place.sequence().string(), "--model", network, "--output",
+                                   place.output().string(), "--device", test_selector(), "--report", report.string()});
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return json::parse(io::read_file(report))["programs_compiled"].get<int>();
+    };
+    CHECK(programs_compiled() > 0);
+    CHECK(programs_compiled() == 0);
+}
+
+TEST_CASE("motion that cannot be is counted and leaves no trace in later frames") {
+    const Workplace place;
+    const fs::path motion = place.sequence() / "motion/0001.exr";
+    io::Pixels vectors = io::read_image(motion);
+    vectors.at(3, 4, 0) = std::numeric_limits<float>::quiet_NaN();
+    vectors.at(5, 6, 1) = std::numeric_limits<float>::infinity();
+    vectors.at(7, 8, 0) = 1e30f;
+    io::write_image(motion, vectors, io::SampleType::f32);
+
+    const fs::path report = place / "report.json";
+    const Outcome outcome = place.upscale(network, {"--format", "exr", "--report", report.string()});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    CHECK_MESSAGE(contains(outcome.err, "3 motion vectors in 1 of 4 frames"), outcome.err);
+    const json frames = json::parse(io::read_file(report))["frames"];
+    CHECK(frames[1]["invalid_motion_vectors"] == 3);
+    CHECK(frames[2]["invalid_motion_vectors"] == 0);
+    for (const std::string& name : place.outputs())
+        for (const float value : io::read_image(place.output() / name).values)
+            if (!(value >= 0 && value <= 1)) FAIL(name << " holds " << value);
+}
+
+TEST_CASE("compare prints the metrics of the files") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    std::vector<metrics::FrameQuality> expected;
+    for (const std::string& name : all_png)
+        expected.push_back(quality(place.output() / name, place.sequence() / "reference" / name));
+    const metrics::SequenceQuality overall = metrics::summarise(expected);
+
+    for (const fs::path& reference : {place.sequence(), place.sequence() / "reference"}) {
+        const Outcome text = run_tool({"compare", place.output().string(), reference.string()});
+        CHECK(text.exit_code == 0);
+        CHECK_MESSAGE(contains(text.out, fmt::format("PSNR {:.2f} dB (pooled {:.2f} dB), SSIM {:.4f}", overall.psnr,
+                                                     overall.pooled_psnr, *overall.ssim)),
+                      text.out);
+
+        const Outcome full = run_tool({"compare", place.output().string(), reference.string(), "--json"});
+        REQUIRE(full.exit_code == 0);
+        const json figures = json::parse(full.out);
+        CHECK(figures["psnr"].get<double>() == doctest::Approx(overall.psnr).epsilon(1e-9));
+        CHECK(figures["pooled_psnr"].get<double>() == doctest::Approx(overall.pooled_psnr).epsilon(1e-9));
+        REQUIRE(figures["frames"].size() == frame_count);
+        CHECK(figures["frames"][2]["ssim"].get<double>() == doctest::Approx(*expected[2].ssim).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("compare names what it cannot compare") {
+    const Workplace place;
+    const std::string sequence = place.sequence().string(), output = place.output().string();
+    CHECK(contains(run_tool({"compare", output, sequence}).err, output));
+
+    REQUIRE(place.upscale("bicubic", {"--frames", ":3"}).exit_code == 0);
+    const Outcome missing = run_tool({"compare", output, sequence});
+    CHECK(missing.exit_code == 1);
+    CHECK(contains(missing.err, "frame 0003"));
+    CHECK(run_tool({"compare", output, sequence, "--frames", ":3"}).exit_code == 0);
+
+    io::write_image(place.output() / "0001.png", noise({20, 20}, 3, 0, 1, 0), io::SampleType::u8);
+    const Outcome smaller = run_tool({"compare", output, sequence, "--frames", ":3"});
+    CHECK(smaller.exit_code == 1);
+    CHECK(contains(smaller.err, "0001.png"));
+}
+
+TEST_CASE("sheet draws labelled columns with enlarged crops") {
+    const Workplace place;
+    const std::string reference = (place.sequence() / "reference").string(), picture = (place / "sheet.png").string();
+    const Outcome outcome = run_tool({"sheet", "--column", "one=" + reference, "--column", "two=" + reference,
+                                      "--frame", "0002", "--crop", "8,8,12,8", "-o", picture});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const io::Pixels sheet = io::read_image(picture);
+    CHECK(sheet.size.width == 2 * output_size.width + 4);
+    // The last row is the crop's: 12 pixels enlarged to 48.
+    const io::Pixels image = io::read_image(fs::path(reference) / "0002.png");
+    for (int channel = 0; channel < 3; ++channel) {
+        CHECK(sheet.at(1, sheet.size.height - 1, channel) == doctest::Approx(image.at(8, 15, channel)).epsilon(0.01));
+        CHECK(sheet.at(output_size.width + 4 + 47, sheet.size.height - 1, channel) ==
+              doctest::Approx(image.at(19, 15, channel)).epsilon(0.01));
+    }
+    CHECK(run_tool({"sheet", "--column", "one=" + reference, "--frame", "0009", "-o", picture}).exit_code == 1);
+}
+
+TEST_CASE("models and model describe what there is") {
+    const Outcome list = run_tool({"models"});
+    CHECK(list.exit_code == 0);
+    CHECK(contains(list.out, "bicubic"));
+    const Outcome one = run_tool({"model", network});
+    CHECK(one.exit_code == 0);
+    CHECK(contains(one.out, "pipeline enss, scale 2"));
+    CHECK(contains(one.out, "last.bias"));
+    const Outcome none = run_tool({"model", "no-such-model"});
+    CHECK(none.exit_code == 1);
+    CHECK(contains(none.err, "no-such-model"));
+}
+
+TEST_CASE("wrong usage is told apart from failure") {
+    CHECK(run_tool({}).exit_code == 2);
+    CHECK(run_tool({"upscale"}).exit_code == 2);
+    const Workplace place;
+    CHECK(place.upscale("bicubic", {"--precision", "fp8"}).exit_code == 2);
+    CHECK(place.upscale("bicubic", {"--frames", "3"}).exit_code == 2);
+    CHECK(run_tool({"upscale", "--help"}).exit_code == 0);
+    CHECK(contains(run_tool({"--version"}).out, "clarus"));
+}
+
+TEST_CASE("a sequence's faults are found before anything is written") {
+    const Workplace place;
+    const fs::path folder = place.sequence();
+    const json good = place.description();
+    json bad = good;
+
+    SUBCASE("no such sequence") {
+        fs::remove_all(folder);
+        check_refused(place, place.upscale("bicubic"), "sequence");
+    }
+    SUBCASE("no JSON") {
+        place.write("sequence/sequence.json", "{\"version\": 1,");
+        check_refused(place, place.upscale("bicubic"), "sequence.json");
+    }
+    SUBCASE("a missing field") {
+        bad.erase("render_size");
+        place.describe(bad);
+        check_refused(place, place.upscale("bicubic"), "render_size");
+    }
+    SUBCASE("a field of another type") {
+        bad["frames"][2]["jitter"] = "none";
+        place.describe(bad);
+        check_refused(place, place.upscale("bicubic"), "frames[2].jitter");
+    }
+    SUBCASE("a file outside the folder") {
+        bad["frames"][1]["color"] = "../elsewhere.png";
+        place.describe(bad);
+        check_refused(place, place.upscale("bicubic"), "../elsewhere.png");
+    }
+    SUBCASE("a missing image") {
+        fs::remove(folder / "color/0003.png");
+        check_refused(place, place.upscale("bicubic"), "color/0003.png");
+    }
+    SUBCASE("an image that is none") {
+        place.write("sequence/depth/0002.exr", "not an image");
+        check_refused(place, place.upscale(network), "depth/0002.exr");
+    }
+    SUBCASE("a network without motion") {
+        bad["frames"][3].erase("motion");
+        place.describe(bad);
+        check_refused(place, place.upscale(network), "0003");
+    }
+    for (const char* kind : {"color", "depth", "motion", "reference"}) {
+        SUBCASE(kind) {  // of another size
+            const fs::path file = folder / good["frames"][2][kind].get<std::string>();
+            const int channels = io::read_image_header(file).channels;
+            io::write_image(file, noise({23, 16}, channels, 0, 1, 1),
+                            file.extension() == ".exr" ? io::SampleType::f32 : io::SampleType::u8);
+            check_refused(place, place.upscale(network), fs::path(kind) / file.filename());
+        }
+    }
+}
+
+TEST_CASE("a model's faults are found before anything is written") {
+    const Workplace place;
+    const std::string path = (place / "model.safetensors").string();
+    ModelFile model = ModelFile::read(network);
+
+    SUBCASE("no such file") { check_refused(place, place.upscale(path), path); }
+    SUBCASE("no such name") { check_refused(place, place.upscale("enss-xxl"), "enss-xxl"); }
+    SUBCASE("a missing tensor") {
+        model.header["renamed"] = model.header["first.bias"];
+        model.header.erase("first.bias");
+        place.write("model.safetensors", model.bytes());
+        check_refused(place, place.upscale(path), "first.bias");
+    }
+    SUBCASE("a wrong shape") {
+        std::vector<int64_t> shape = model.header["last.weight"]["shape"];
+        std::swap(shape[1], shape[2]);
+        model.header["last.weight"]["shape"] = shape;
+        place.write("model.safetensors", model.bytes());
+        check_refused(place, place.upscale(path), "last.weight");
+    }
+    SUBCASE("a missing key") {
+        model.header["__metadata__"].erase("scale");
+        place.write("model.safetensors", model.bytes());
+        check_refused(place, place.upscale(path), "scale");
+    }
+    SUBCASE("a truncated body") {
+        const std::string bytes = model.bytes();
+        place.write("model.safetensors", bytes.substr(0, bytes.size() - 100));
+        check_refused(place, place.upscale(path), "model.safetensors");
+    }
+    SUBCASE("offsets out of range") {
+        model.header["first.bias"]["data_offsets"] = {uint64_t{1} << 40, (uint64_t{1} << 40) + 64};
+        place.write("model.safetensors", model.bytes());
+        check_refused(place, place.upscale(path), "first.bias");
+    }
+    SUBCASE("a header of 2^63 bytes") {
+        place.write("model.safetensors", std::string(7, '\0') + '\x80' + model.bytes().substr(8));
+        check_refused(place, place.upscale(path), "model.safetensors");
+    }
+    SUBCASE("a scale that the sequence is not made for") { check_refused(place, place.upscale(network_x3), "by 3"); }
+    SUBCASE("a scale that the model does not have") {
+        check_refused(place, place.upscale(network, {"--scale", "3"}), "--scale 3");
+    }
+}
+
+TEST_CASE("an output folder that cannot be written is found before anything is computed") {
+    const Workplace place;
+    const std::string sequence = place.sequence().string();
+    SUBCASE("a file stands in its way") {
+        place.write("output", "in the way");
+        const Outcome outcome = place.upscale("bicubic");
+        CHECK(outcome.exit_code == 1);
+        CHECK(contains(outcome.err, place.output().string()));
+        CHECK(io::read_file(place.output()) == "in the way");
+    }
+    SUBCASE("nothing can be made there") {  // for the superuser, too
+        const Outcome outcome = run_tool(
+            {"upscale", sequence, "--model", "bicubic", "--output", "/proc/clarus", "--device", test_selector()});
+        CHECK(outcome.exit_code == 1);
+        CHECK(contains(outcome.err, "/proc/clarus"));
+    }
+    SUBCASE("the report's folder cannot be made") {
+        check_refused(place, place.upscale("bicubic", {"--report", "/proc/clarus/report.json"}), "/proc/clarus");
+    }
+    SUBCASE("files may not grow") {                        // stands for a disk that fills while a frame is written
+        REQUIRE(place.upscale("bicubic").exit_code == 0);  // so that the kernels are there
+        fs::remove_all(place.output());
+        const Outcome outcome =
+            run_tool_after("ulimit -f 1; trap '' XFSZ;", {"upscale", sequence, "--model", "bicubic", "--output",
+                                                          place.output().string(), "--device", test_selector()});
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, "0000.png"), outcome.err);
+        CHECK(place.outputs().empty());
+    }
+}
+
+TEST_CASE("no device of that name") {
+    const Workplace place;
+    check_refused(place,
+                  run_tool({"upscale", place.sequence().string(), "--model", "bicubic", "--output",
+                            place.output().string(), "--device", "no-such-device"}),
+                  "no-such-device");
+}
