@@ -1,0 +1,106 @@
+// 3×3 convolution in register tiles, for devices with wide vectors: a work-item stages the input of ROWS rows of PIXELS
+// output pixels, zero outside the image, and keeps GROUP blocks of sixteen channels of one row's pixels in registers. A
+// step of the innermost loop is GROUP loads of weights, PIXELS broadcasts of an input, and PIXELS · GROUP multiply–adds.
+//
+// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, ROWS, GROUP, WG_X, WG_Y (both 1: staging is not shared).
+// Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉).
+// A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then [group][tap][input channel][16 ·
+// blocks of the group].
+
+#define OUT_BLOCKS ((COUT + 15) / 16)
+#define CHANNELS ((CIN + 3) / 4 * 4)
+#define PATCH_ROW ((PIXELS + 2) * CHANNELS)
+#define LINE (64 / (int)sizeof(storage))
+
+// Arrays that are passed on stay in registers only where everything is inlined.
+#define INLINE inline __attribute__((always_inline))
+
+INLINE void stage(global const storage* in, int x, int y, local float* patch) {
+    for (int r = 0; r < ROWS + 2; ++r) {
+        for (int p = 0; p < PIXELS + 2; ++p, patch += CHANNELS) {
+            const int inside = INSIDE(IN, x + p, y + r), pixel = AT(IN, x + p, y + r, 0);
+            int c = 0;
+            for (; c + 16 <= CHANNELS; c += 16) {
+                const float16 v = inside ? LOAD16(in, pixel + c) : (float16)(0);
+                vstore16(v, 0, patch + c);
+            }
+            for (; c < CHANNELS; c += 4) {
+                const float4 v = inside ? LOAD4(in, pixel + c) : (float4)(0);
+                vstore4(v, 0, patch + c);
+            }
+        }
+    }
+}
+
+// `blocks` blocks of sixteen channels, from `block` on, of the pixels from (x, y) on whose input is `patch`.
+INLINE void convolve_row(local const float* patch, global const float* bias, global const float* weights,
+                         global storage* out, int x, int y, int block, int blocks) {
+    float16 sum[PIXELS][GROUP];
+#pragma unroll
+    for (int p = 0; p < PIXELS; ++p)
+#pragma unroll
+        for (int o = 0; o < blocks; ++o) sum[p][o] = vload16(block + o, bias);
+    for (int ky = 0; ky < 3; ++ky) {
+        for (int kx = 0; kx < 3; ++kx) {
+            local const float* tap = patch + ky * PATCH_ROW + kx * CHANNELS;
+            for (int c = 0; c < CIN; ++c, weights += 16 * blocks)
+#pragma unroll
+                for (int p = 0; p < PIXELS; ++p)
+#pragma unroll
+                    for (int o = 0; o < blocks; ++o)
+                        sum[p][o] = MAD((float16)(tap[p * CHANNELS + c]), vload16(o, weights), sum[p][o]);
+        }
+    }
+#pragma unroll
+    for (int p = 0; p < PIXELS; ++p)
+        if (x + p < OUT_WIDTH)
+#pragma unroll
+            for (int o = 0; o < blocks; ++o)
+                store_channels(ACTIVATE(sum[p][o]), COUT % 16 && block + o == COUT / 16 ? COUT % 16 : 16, out,
+                               AT(OUT, x + p, y, 16 * (block + o)));
+}
+
+// Ahead of their use: the pixels that come next, and in the strip below, a new row.
+INLINE void prefetch_row(global const storage* in, global storage* out, int x, int y, int block, int blocks) {
+    global const storage* below = in + AT(IN, x, min(y + ROWS + 1, IN_HEIGHT - 1), 0);
+    if (block == 0)
+        for (int i = 0; i < PIXELS * IN_STRIDE; i += LINE) PREFETCH(below + i);
+    for (int p = 0; p < PIXELS; ++p)
+        for (int c = 0; c < 16 * blocks; c += LINE) PREFETCH_TO_WRITE(out + AT(OUT, x + p, y, 16 * block + c));
+}
+
+INLINE void convolve(global const storage* in, local const float* patch, global const float* bias,
+                     global const float* weights, global storage* out, int x, int y, int block, int blocks) {
+    for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r) {
+        prefetch_row(in, out, x, y + r, block, blocks);
+        convolve_row(patch + r * PATCH_ROW, bias, weights + block * 16 * 9 * CIN, out, x, y + r, block, blocks);
+    }
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
+                                                                             global const float* restrict packed,
+                                                                             global storage* restrict out,
+                                                                             uint packed_offset) {
+    local float patch[(ROWS + 2) * PATCH_ROW] __attribute__((aligned(64)));
+    const int x = (int)get_global_id(1) * PIXELS, y = (int)get_global_id(0) * ROWS;
+    global const float* bias = packed + packed_offset;
+    global const float* weights = bias + 16 * OUT_BLOCKS;
+    stage(in, x - 1, y - 1, patch);
+    int block = 0;
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
+        convolve(in, patch, bias, weights, out, x, y, block, GROUP);
+    if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
+}
+
+// Work-items: (CIN, 16 · ⌈COUT / 16⌉).
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const float* weights, global const float* biases,
+                                                                global float* packed, uint packed_offset,
+                                                                uint weights_offset, uint biases_offset) {
+    const int ci = get_global_id(0), co = get_global_id(1);
+    packed += packed_offset;
+    if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
+    const int before = co / 16 / GROUP * GROUP, width = 16 * min(GROUP, OUT_BLOCKS - before);
+    packed += 16 * OUT_BLOCKS + before * 16 * 9 * CIN + ci * width + co - 16 * before;
+    for (int tap = 0; tap < 9; ++tap)
+        packed[tap * CIN * width] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
+}

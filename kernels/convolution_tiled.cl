@@ -1,0 +1,74 @@
+// 3×3 convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages the
+// tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that neighbouring
+// work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the same for all
+// work-items at any time, which a device may read once for them together.
+//
+// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y. Work-items:
+// (⌈width / PIXELS⌉, height).
+// A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then [block][input channel][tap][16].
+
+#define OUT_BLOCKS ((COUT + 15) / 16)
+#define TILE_WIDTH (WG_X * PIXELS)
+#define PATCH_WIDTH (TILE_WIDTH + 2)
+#define PLANE ((WG_Y + 2) * PATCH_WIDTH)
+
+// The patch whose corner is at (x, y), channels from `first` on.
+inline void stage(global const storage* in, int x, int y, int first, local float* patch) {
+    const int item = (int)get_local_id(1) * WG_X + (int)get_local_id(0);
+    for (int i = item; i < CHUNK / 4 * PLANE; i += WG_X * WG_Y) {
+        const int c = 4 * (i / PLANE), px = x + i % PLANE % PATCH_WIDTH, py = y + i % PLANE / PATCH_WIDTH;
+        const float4 v =
+            INSIDE(IN, px, py) && first + c < CIN ? LOAD4(in, AT(IN, px, py, first + c)) : (float4)(0);
+        local float* to = patch + c * PLANE + i % PLANE;
+        to[0] = v.s0;
+        to[PLANE] = v.s1;
+        to[2 * PLANE] = v.s2;
+        to[3 * PLANE] = v.s3;
+    }
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
+                                                                             global const float* restrict packed,
+                                                                             global storage* restrict out,
+                                                                             uint packed_offset) {
+    local float patch[CHUNK * PLANE];
+    const int tile_x = (int)get_group_id(0) * TILE_WIDTH, tile_y = (int)get_group_id(1) * WG_Y;
+    const int lx = get_local_id(0), ly = get_local_id(1);
+    global const float* bias = packed + packed_offset;
+    global const float* weight = bias + 16 * OUT_BLOCKS;
+    for (int block = 0; block < OUT_BLOCKS; ++block) {
+        float16 sum[PIXELS];
+#pragma unroll
+        for (int p = 0; p < PIXELS; ++p) sum[p] = vload16(block, bias);
+        for (int first = 0; first < CIN; first += CHUNK) {
+            barrier(CLK_LOCAL_MEM_FENCE);
+            stage(in, tile_x - 1, tile_y - 1, first, patch);
+            barrier(CLK_LOCAL_MEM_FENCE);
+            for (int c = 0; c < min(CHUNK, CIN - first); ++c)
+                for (int tap = 0; tap < 9; ++tap, weight += 16) {
+                    const float16 w = vload16(0, weight);
+                    local const float* v = patch + c * PLANE + (ly + tap / 3) * PATCH_WIDTH + lx + tap % 3;
+#pragma unroll
+                    for (int p = 0; p < PIXELS; ++p) sum[p] = MAD((float16)(v[p * WG_X]), w, sum[p]);
+                }
+        }
+#pragma unroll
+        for (int p = 0; p < PIXELS; ++p) {
+            const int x = tile_x + lx + p * WG_X, y = tile_y + ly;
+            if (INSIDE(OUT, x, y))
+                store_channels(ACTIVATE(sum[p]), min(16, COUT - 16 * block), out, AT(OUT, x, y, 16 * block));
+        }
+    }
+}
+
+// Work-items: (CIN, 16 · ⌈COUT / 16⌉).
+kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const float* weights, global const float* biases,
+                                                                global float* packed, uint packed_offset,
+                                                                uint weights_offset, uint biases_offset) {
+    const int ci = get_global_id(0), co = get_global_id(1);
+    packed += packed_offset;
+    if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
+    packed += 16 * OUT_BLOCKS + (co / 16 * CIN + ci) * 144 + co % 16;
+    for (int tap = 0; tap < 9; ++tap)
+        packed[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
+}
