@@ -11,6 +11,9 @@
 namespace clarus::cli {
 namespace {
 
+// pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
+constexpr double trained_jitter_distance = 0.01;
+
 const char* name_of(Precision precision) {
     switch (precision) {
         case Precision::fp32:
@@ -83,6 +86,7 @@ void RunReport::write_json(const std::filesystem::path& path) const {
           {"staging", memory.staging},
           {"total", memory.total()}}},
         {"programs_compiled", programs_compiled},
+        {"largest_jitter_distance", largest_jitter_distance},
         {"seconds", {{"prepare", prepare_seconds}, {"frames", frames_seconds}}},
         {"stages", list(stages)},
         {"frames", list(frames)}};
@@ -91,14 +95,7 @@ void RunReport::write_json(const std::filesystem::path& path) const {
     io::write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
-void RunReport::print_summary() const {
-    fmt::print("{} frames of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
-               output_size.width, output_size.height, model.name(), device.name,
-               frames_seconds * 1e3 / static_cast<double>(frames.size()));
-    if (!stages.empty()) fmt::print(", {:.1f} ms on the device", device_seconds_per_frame() * 1e3);
-    fmt::print("\n");
-    if (const auto measured = quality()) fmt::print("{}\n", to_text(*measured));
-
+void RunReport::warn_of_input() const {
     size_t vectors = 0, affected = 0;
     for (const FrameResult& frame : frames) {
         vectors += frame.invalid_motion_vectors;
@@ -109,6 +106,20 @@ void RunReport::print_summary() const {
             "{} motion vectors in {} of {} frames are invalid (not finite, or longer than the "
             "image's diagonal); where they are used there is no history",
             vectors, affected, frames.size());
+    if (largest_jitter_distance > trained_jitter_distance)
+        log(LogLevel::warning,
+            "{} has no kernels for the jitter of some frames; the nearest it has are for a jitter {:.3f} pixels away",
+            model.name(), largest_jitter_distance);
+}
+
+void RunReport::print_summary() const {
+    fmt::print("{} frames of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
+               output_size.width, output_size.height, model.name(), device.name,
+               frames_seconds * 1e3 / static_cast<double>(frames.size()));
+    if (!stages.empty()) fmt::print(", {:.1f} ms on the device", device_seconds_per_frame() * 1e3);
+    fmt::print("\n");
+    if (const auto measured = quality()) fmt::print("{}\n", to_text(*measured));
+    warn_of_input();
 }
 
 void RunReport::print_stages() const {

@@ -23,7 +23,8 @@ struct RunReport {
     MemoryRequirements memory;
     int programs_compiled = 0;  // kernels' programs that no cache had
     double prepare_seconds = 0;
-    double frames_seconds = 0;  // from the first frame's reading to the last one's writing
+    double frames_seconds = 0;           // from the first frame's reading to the last one's writing
+    double largest_jitter_distance = 0;  // Upscaler::largest_jitter_distance
     std::vector<FrameResult> frames;
     std::vector<StageProfile> stages;  // empty unless options.profile
 
@@ -36,8 +37,11 @@ struct RunReport {
     /// Sizes in pixels, memory in bytes. Errors: file.
     void write_json(const std::filesystem::path& path) const;
 
-    void print_summary() const;  // to stdout; invalid motion vectors as a warning in the log
+    void print_summary() const;  // to stdout; what is wrong with the input as warnings in the log
     void print_stages() const;   // to stdout: a row a stage
+
+  private:
+    void warn_of_input() const;
 };
 
 }  // namespace clarus::cli

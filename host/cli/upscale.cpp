@@ -150,6 +150,7 @@ void upscale(const UpscaleOptions& options) {
                            .programs_compiled = device.programs_compiled(),
                            .prepare_seconds = prepare_seconds,
                            .frames_seconds = seconds_since(frames_start),
+                           .largest_jitter_distance = upscaler.largest_jitter_distance(),
                            .frames = std::move(frames),
                            .stages = upscaler.take_profile()};
     report.print_summary();
