@@ -55,7 +55,8 @@ struct KernelCall {
 };
 
 /// How a convolution's weights become what its kernel reads. `entry` of the same file and options takes (weights OIHW,
-/// biases, packed, uint packed_offset) and writes one set; it is launched with `global` work-items in groups of one.
+/// biases, packed, uint packed_offset, uint weights_offset, uint biases_offset), offsets in floats, and writes one set;
+/// it is launched with `global` work-items in groups of one.
 struct Packing {
     std::string entry;
     std::array<size_t, 2> global{1, 1};

@@ -86,13 +86,14 @@ PackLaunch::PackLaunch(ocl::Context& context, const Lowered& lowered)
       kernel_(create_kernel(context, lowered.call, packing_.entry)),
       doing_("run kernel " + packing_.entry) {}
 
-void PackLaunch::enqueue(const cl::CommandQueue& queue, const cl::Buffer& weights, const cl::Buffer& biases,
-                         const cl::Buffer& packed, int set) {
+void PackLaunch::enqueue(const cl::CommandQueue& queue, const Source& source, const cl::Buffer& packed, int set) {
     ocl::checked(doing_, [&] {
-        kernel_.setArg(0, weights);
-        kernel_.setArg(1, biases);
+        kernel_.setArg(0, source.weights);
+        kernel_.setArg(1, source.biases);
         kernel_.setArg(2, packed);
         kernel_.setArg(3, static_cast<cl_uint>(set * packing_.floats));
+        kernel_.setArg(4, static_cast<cl_uint>(source.weights_offset));
+        kernel_.setArg(5, static_cast<cl_uint>(source.biases_offset));
         queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(packing_.global[0], packing_.global[1]),
                                    cl::NDRange(1, 1));
     });

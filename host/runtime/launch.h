@@ -47,9 +47,15 @@ class PackLaunch {
   public:
     PackLaunch(ocl::Context& context, const Lowered& lowered);
 
-    /// Enqueues the packing of one set (graph::Parameters' order) as set number `set` of `packed`.
-    void enqueue(const cl::CommandQueue& queue, const cl::Buffer& weights, const cl::Buffer& biases,
-                 const cl::Buffer& packed, int set);
+    /// One set of weights (OIHW) and biases within buffers of floats.
+    struct Source {
+        const cl::Buffer& weights;
+        size_t weights_offset;
+        const cl::Buffer& biases;
+        size_t biases_offset;
+    };
+    /// Enqueues the packing of `source` as set number `set` of `packed`.
+    void enqueue(const cl::CommandQueue& queue, const Source& source, const cl::Buffer& packed, int set);
 
   private:
     Packing packing_;

@@ -25,15 +25,12 @@ int sets_on_device(const graph::Graph& graph, const graph::Parameters& parameter
     return parameters.sets + (computes ? kComputedSets : 0);
 }
 
-/// Floats of the largest weights and of the most biases that are packed at once.
-std::pair<size_t, size_t> largest_set(const graph::Graph& graph, const std::map<int, Lowered>& convolutions) {
-    std::pair<size_t, size_t> largest{1, 1};
-    for (const auto& [index, lowered] : convolutions) {
-        const graph::Parameters& parameters = graph.parameters[index];
-        largest.first = std::max(largest.first, parameters.weights_per_set());
-        largest.second = std::max(largest.second, static_cast<size_t>(parameters.out_channels));
-    }
-    return largest;
+cl::Buffer upload(ocl::Context& context, const std::vector<float>& values) {
+    const size_t bytes = std::max<size_t>(values.size(), 1) * sizeof(float);
+    cl::Buffer buffer(context.context(), CL_MEM_READ_ONLY, bytes);
+    if (!values.empty())
+        context.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, values.size() * sizeof(float), values.data());
+    return buffer;
 }
 
 }  // namespace
@@ -41,10 +38,6 @@ std::pair<size_t, size_t> largest_set(const graph::Graph& graph, const std::map<
 Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::map<int, Lowered>& convolutions)
     : context_(context) {
     ocl::checked("upload weights", [&] {
-        const auto [most_weights, most_biases] = largest_set(graph, convolutions);
-        weights_ = cl::Buffer(context.context(), CL_MEM_READ_WRITE, most_weights * sizeof(float));
-        biases_ = cl::Buffer(context.context(), CL_MEM_READ_WRITE, most_biases * sizeof(float));
-
         for (const auto& [index, lowered] : convolutions) {
             const graph::Parameters& parameters = graph.parameters[index];
             Packed& packed = packed_[index];
@@ -55,13 +48,10 @@ Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::ma
             packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
                                        packed.floats * sets_on_device(graph, parameters) * sizeof(float));
             packed.pack = std::make_unique<PackLaunch>(context, lowered);
-            for (int set = 0; set < parameters.sets; ++set) {
-                context.queue().enqueueWriteBuffer(weights_, CL_FALSE, 0, packed.weights * sizeof(float),
-                                                   parameters.weights.data() + set * packed.weights);
-                context.queue().enqueueWriteBuffer(biases_, CL_FALSE, 0, packed.biases * sizeof(float),
-                                                   parameters.biases.data() + set * packed.biases);
-                packed.pack->enqueue(context.queue(), weights_, biases_, packed.buffer, set);
-            }
+            const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
+            for (int set = 0; set < parameters.sets; ++set)
+                packed.pack->enqueue(context.queue(), {weights, set * packed.weights, biases, set * packed.biases},
+                                     packed.buffer, set);
         }
         context.queue().finish();
     });
@@ -83,19 +73,13 @@ void Weights::select(Vec2 jitter) {
 
 void Weights::compute(Vec2 jitter, int set) {
     const cl::Buffer& predicted = predictor_->predict(jitter);
-    ocl::checked("pack predicted kernels", [&] {
-        size_t position = 0;
-        for (const int index : predicted_) {
-            const Packed& packed = packed_.at(index);
-            context_.queue().enqueueCopyBuffer(predicted, weights_, position * sizeof(float), 0,
-                                               packed.weights * sizeof(float));
-            position += packed.weights;
-            context_.queue().enqueueCopyBuffer(predicted, biases_, position * sizeof(float), 0,
-                                               packed.biases * sizeof(float));
-            position += packed.biases;
-            packed.pack->enqueue(context_.queue(), weights_, biases_, packed.buffer, set);
-        }
-    });
+    size_t position = 0;
+    for (const int index : predicted_) {
+        const Packed& packed = packed_.at(index);
+        const size_t biases = position + packed.weights;
+        packed.pack->enqueue(context_.queue(), {predicted, position, predicted, biases}, packed.buffer, set);
+        position = biases + packed.biases;
+    }
 }
 
 cl_uint Weights::offset(int parameters) const {
@@ -104,8 +88,7 @@ cl_uint Weights::offset(int parameters) const {
 }
 
 size_t Weights::bytes(const graph::Graph& graph, const std::map<int, Lowered>& convolutions) {
-    const auto [most_weights, most_biases] = largest_set(graph, convolutions);
-    size_t floats = most_weights + most_biases;
+    size_t floats = 0;
     for (const auto& [index, lowered] : convolutions)
         floats += lowered.packing->floats * sets_on_device(graph, graph.parameters[index]);
     const size_t predictor =

@@ -44,8 +44,7 @@ class Weights {
 
     ocl::Context& context_;
     std::map<int, Packed> packed_;
-    std::vector<int> predicted_;   // parameters in the order of the predictor's output
-    cl::Buffer weights_, biases_;  // one set before packing
+    std::vector<int> predicted_;  // parameters in the order of the predictor's output
     std::optional<JitterSets> sets_;
     std::unique_ptr<KernelPredictor> predictor_;
     int current_set_ = 0;

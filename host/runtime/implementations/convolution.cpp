@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "runtime/implementations/lowering.h"
+
+namespace clarus::runtime {
+namespace {
+
+constexpr int kBlock = 16;  // output channels that are computed as one vector
+
+int ceil_divide(int value, int by) { return (value + by - 1) / by; }
+int blocks_of(const Problem& problem) { return ceil_divide(problem.parameters->out_channels, kBlock); }
+
+Lowered lower(const Problem& problem, const Choices& choices, std::string file, std::array<size_t, 2> global) {
+    const auto& convolution = std::get<graph::Convolution>(problem.node.op);
+    Lowered lowered;
+    KernelCall& call = lowered.call;
+    call.file = std::move(file);
+    call.entry = "convolution";
+    call.options = fmt::format("{} -DCIN={} -DCOUT={} -DACTIVATION={}",
+                               image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                               problem.parameters->in_channels, problem.parameters->out_channels,
+                               convolution.activation == graph::Activation::relu ? 1 : 0);
+    for (const auto& [name, value] : choices)
+        if (name != "WG_X" && name != "WG_Y") call.options += fmt::format(" -D{}={}", name, value);
+    call.arguments = {{ArgumentKind::input, 0},
+                      {ArgumentKind::packed_weights},
+                      {ArgumentKind::output},
+                      {ArgumentKind::packed_offset}};
+    call.global = global;
+    call.local = choices.contains("WG_X") ? group_size(choices) : std::array<size_t, 2>{1, 1};
+    return lowered;
+}
+
+Packing packing(const Problem& problem, int out_channels, size_t floats) {
+    return {"pack", {static_cast<size_t>(problem.parameters->in_channels), static_cast<size_t>(out_channels)}, floats};
+}
+
+/// Biases and nine taps for whole blocks of output channels.
+Packing packing_in_blocks(const Problem& problem) {
+    const int out_channels = kBlock * blocks_of(problem);
+    return packing(problem, out_channels, size_t(out_channels) * (1 + 9 * problem.parameters->in_channels));
+}
+
+bool is_plain_image(const Problem& problem) { return problem.inputs[0].block == 1; }
+bool wants_many_work_items(const DeviceProfile& profile) { return profile.device_class == DeviceClass::gpu; }
+
+// --- plain
+
+Lowered lower_plain(const Problem& problem, const Choices& choices) {
+    Lowered lowered = lower(problem, choices, "convolution_plain", pixels(problem.output));
+    const graph::Parameters& parameters = *problem.parameters;
+    lowered.packing =
+        packing(problem, parameters.out_channels, size_t(parameters.out_channels) * (1 + 9 * parameters.in_channels));
+    return lowered;
+}
+
+// --- tiled: staged in local memory by many work-items
+
+std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
+    const int channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+    std::vector<Choices> result;
+    for (const auto& [width, height] : {std::pair{16, 8}, {16, 4}, {32, 4}, {8, 8}})
+        for (const int pixels_each : {4, 2, 1})
+            for (const int chunk : {8, 16}) {
+                const size_t patch = sizeof(float) * chunk * (width * pixels_each + 2) * (height + 2);
+                const bool fits =
+                    patch <= profile.local_memory && static_cast<size_t>(width * height) <= profile.max_work_group_size;
+                if (fits && (chunk == 8 || chunk < channels + 8))
+                    result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", chunk}});
+            }
+    return result;
+}
+
+int prefer_tiled(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = is_plain_image(problem) && !tiled_choices(problem, profile).empty();
+    return fits && wants_many_work_items(profile) ? 4 : 0;
+}
+
+Lowered lower_tiled(const Problem& problem, const Choices& choices) {
+    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS"))),
+                                       static_cast<size_t>(problem.output.height)};
+    Lowered lowered = lower(problem, choices, "convolution_tiled", global);
+    lowered.packing = packing_in_blocks(problem);
+    return lowered;
+}
+
+// --- direct: register tiles
+
+std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile& profile) {
+    constexpr int kRegisters = 24;  // accumulators that are kept; the rest of 32 hold weights and inputs
+    const int channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+    std::vector<Choices> result;
+    for (const int group : {std::min(blocks_of(problem), 2), 1, 4}) {
+        if (group > blocks_of(problem)) continue;
+        for (const int pixels_each : {kRegisters / group, 20 / group, 12 / group, 8 / group})
+            for (const int rows : {4, 2, 1}) {
+                const size_t patch = sizeof(float) * (rows + 2) * (pixels_each + 2) * channels;
+                const Choices choice{{"PIXELS", pixels_each}, {"ROWS", rows}, {"GROUP", group}};
+                const bool known = std::find(result.begin(), result.end(), choice) != result.end();
+                if (patch <= profile.local_memory && !known) result.push_back(choice);
+            }
+    }
+    return result;
+}
+
+int prefer_direct(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = is_plain_image(problem) && !direct_choices(problem, profile).empty();
+    return fits && !wants_many_work_items(profile) ? 3 : 0;
+}
+
+Lowered lower_direct(const Problem& problem, const Choices& choices) {
+    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
+                                       static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS")))};
+    Lowered lowered = lower(problem, choices, "convolution_direct", global);
+    lowered.packing = packing_in_blocks(problem);
+    return lowered;
+}
+
+// --- winograd
+
+/// How convolution_winograd.cl divides the channels.
+struct WinogradChannels {
+    explicit WinogradChannels(const graph::Parameters& parameters)
+        : in(parameters.in_channels),
+          out_blocks(parameters.out_channels / kBlock + (parameters.out_channels % kBlock > 4)),
+          out_quad(parameters.out_channels % kBlock > 0 && parameters.out_channels % kBlock <= 4) {}
+
+    size_t packed_floats(int biases) const {
+        return biases + 36 * kBlock * (size_t(in) * out_blocks + out_quad * (4 * (in / kBlock) + in % kBlock));
+    }
+    size_t local_bytes(int tiles, int group) const {
+        const int rest = in % kBlock;
+        const int rest_lanes = rest > 8 ? 16 : rest > 4 ? 8 : rest > 0 ? 4 : 0;
+        return 36 * sizeof(float) *
+               (odd_lines(tiles * (in / kBlock * kBlock + rest_lanes)) + odd_lines(tiles * kBlock * group));
+    }
+    static size_t odd_lines(int floats) { return (floats + 15) / 16 / 2 * 32 + 16; }
+
+    int in, out_blocks;
+    bool out_quad;
+};
+
+std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfile& profile) {
+    const WinogradChannels channels(*problem.parameters);
+    std::vector<Choices> result;
+    for (const int group : {std::clamp(channels.out_blocks, 1, 2), 1}) {
+        for (const int tiles : {12, 8, 16}) {
+            const Choices choice{{"TILES", tiles}, {"GROUP", group}};
+            const bool known = std::find(result.begin(), result.end(), choice) != result.end();
+            if (channels.local_bytes(tiles, group) <= profile.local_memory && !known) result.push_back(choice);
+        }
+    }
+    return result;
+}
+
+int prefer_winograd(const Problem& problem, const DeviceProfile& profile) {
+    const bool pays = problem.parameters->in_channels >= 8 && problem.parameters->out_channels >= 8;
+    const bool fits = is_plain_image(problem) && !winograd_choices(problem, profile).empty();
+    return pays && fits && !wants_many_work_items(profile) ? 4 : 0;
+}
+
+Lowered lower_winograd(const Problem& problem, const Choices& choices) {
+    constexpr int kTile = 4;
+    const int strips = ceil_divide(ceil_divide(problem.output.width, kTile), choices.at("TILES"));
+    Lowered lowered =
+        lower(problem, choices, "convolution_winograd",
+              {static_cast<size_t>(ceil_divide(problem.output.height, kTile)), static_cast<size_t>(strips)});
+    const int biases = kBlock * blocks_of(problem);
+    lowered.packing = packing(problem, biases, WinogradChannels(*problem.parameters).packed_floats(biases));
+    return lowered;
+}
+
+}  // namespace
+
+std::span<const Implementation> convolution_implementations() {
+    static const Implementation implementations[] = {
+        {"winograd", prefer_winograd, winograd_choices, lower_winograd},
+        {"direct", prefer_direct, direct_choices, lower_direct},
+        {"tiled", prefer_tiled, tiled_choices, lower_tiled},
+        {"plain", obvious, group_choices, lower_plain},
+    };
+    return implementations;
+}
+
+}  // namespace clarus::runtime
