@@ -44,11 +44,12 @@ std::vector<Item> convolution_items(const Device& device) {
     for (const int channels : {16, 32, 64}) {
         const TensorLayout layout{0, Storage::f32, kSize.width, kSize.height, channels, 1, channels, 0};
         const graph::Parameters parameters{channels, channels};
-        Problem problem{
-            {graph::Convolution{0, graph::Activation::relu}, {0}, {channels, kSize.height, kSize.width}, ""},
-            {layout},
-            layout,
-            &parameters};
+        Problem problem;
+        problem.node.op = graph::Convolution{0, graph::Activation::relu};
+        problem.node.shape = {channels, kSize.height, kSize.width};
+        problem.inputs = {layout};
+        problem.output = layout;
+        problem.parameters = &parameters;
         for (const Implementation& implementation : implementations(problem.node)) {
             if (implementation.preference(problem, device.profile()) == 0) continue;
             const Selection selection{&implementation, implementation.choices(problem, device.profile()).front()};

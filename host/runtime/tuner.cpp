@@ -122,10 +122,12 @@ Selection Tuner::measure(const Problem& problem) {
     }
     if (candidates.size() == 1) return candidates.front();
 
+    // A context of their own, so that programs of candidates that are not taken do not stay.
+    ocl::Context scratch(context_.context(), context_.device(), context_.queue(), context_.profile());
     std::optional<Selection> best;
     double best_seconds = 0;
     for (const Selection& candidate : candidates) {
-        const double seconds = shortest_run(context_, problem, candidate);
+        const double seconds = shortest_run(scratch, problem, candidate);
         log(LogLevel::debug, "{}: {} takes {:.3f} ms", problem.node.name, candidate.describe(), 1e3 * seconds);
         if (best && seconds >= best_seconds) continue;
         best = candidate;
