@@ -112,6 +112,7 @@ void Scene::set_time(double seconds, double previous_seconds) {
             for (int column = 0; column < 3; ++column)
                 part->rotation[row][column] = static_cast<float>(now[row][column]);
         }
+        part->inverse_rotation = part->rotation.transposed();
         // Imath's rows for row vectors are Embree's columns for column vectors.
         const Imath::M44f single(now);
         rtcSetGeometryTransform(part->instance, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &single[0][0]);

@@ -39,11 +39,16 @@ class Scene {
 
     /// A part of the scene that moves as one, with what shading needs of it at the time that is set.
     struct Part {
-        Model model;                                                       // meshes by Embree's geometry id
-        std::vector<std::vector<std::array<Imath::V3f, 2>>> uv_gradients;  // of u and v, a triangle each
-        Motion motion;                                                     // empty: static, in world space
-        Imath::M33f rotation;                                              // of vectors, object to world
-        Imath::M44d to_previous;  // world points from the time set to the previous time
+        /// Meshes by Embree's geometry id.
+        Model model;
+        /// Of u and v, a triangle each.
+        std::vector<std::vector<std::array<Imath::V3f, 2>>> uv_gradients;
+        /// Empty: static, in world space.
+        Motion motion;
+        /// Of vectors, object to world and back.
+        Imath::M33f rotation, inverse_rotation;
+        /// World points from the time set to the previous time.
+        Imath::M44d to_previous;
 
         RTCScene scene = nullptr;
         RTCGeometry instance = nullptr;

@@ -53,8 +53,7 @@ Surface surface_at(const Scene& scene, const Hit& hit, const Ray& ray, const Tex
     const auto interpolate = [&](const auto& values) { return values[a] * wa + values[b] * hit.u + values[c] * hit.v; };
 
     const V3f facet = hit.facet_normal.normalized();
-    // A row vector times the transposed rotation: from the world into the object's space.
-    const V3f view = (ray.direction * hit.part->rotation.transposed()).normalized();
+    const V3f view = (ray.direction * hit.part->inverse_rotation).normalized();
     const float cosine = view ^ facet, towards_viewer = cosine > 0 ? -1.0f : 1.0f;
 
     const float width = ray.view_distance * ray.pixel_width * filter.sample_width;

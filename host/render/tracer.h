@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+
+#include "render/camera.h"
+#include "render/scene.h"
+#include "render/shade.h"
+
+namespace clarus::render {
+
+/// What a ray saw.
+struct Sample {
+    Imath::V3f radiance;
+    double view_distance;     // infinite for the sky
+    const Scene::Part* part;  // null for the sky
+};
+
+/// Looks at a scene through a camera, a packet of rays at a time. Both must outlive it. Thread-safe.
+class Tracer {
+  public:
+    static constexpr int packet_size = 16;
+
+    Tracer(const Scene& scene, const Camera& camera) : scene_(scene), camera_(camera) {}
+
+    /// Traces and shades rays through at most packet_size points of the image, in render pixels. Each has its place in
+    /// `samples`.
+    void trace(std::span<const Imath::V2d> points, const TextureFilter& filter, std::span<Sample> samples) const;
+    /// The same without light: `radiance` is left as it was.
+    void trace_geometry(std::span<const Imath::V2d> points, std::span<Sample> samples) const;
+
+  private:
+    struct Packet;
+    void intersect(std::span<const Imath::V2d> points, Packet& packet) const;
+
+    const Scene& scene_;
+    const Camera& camera_;
+};
+
+}  // namespace clarus::render
