@@ -10,23 +10,20 @@
 #define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
 #define WRITE(T, v, p, c) JOIN(WRITE_, T##_STORAGE)((v), (p), AT(T, x, y, c))
 
-#ifdef COLOR_WIDTH
 #ifdef LINEAR_COLOR
 // Negative and NaN become 0, infinity the largest half.
-inline float radiance(float v) { return v > 0 ? (is_finite(v) ? v : 65504.0f) : 0; }
+inline float readable(float v) { return v > 0 ? (is_finite(v) ? v : 65504.0f) : 0; }
 
-inline float4 canonical_color(float4 raw, float exposure) {
-    const float4 scene = (float4)(radiance(raw.x), radiance(raw.y), radiance(raw.z), 0);
-    const float4 exposed = fmin(scene * exposure, FLT_MAX);
-    const float4 v = exposed / (1 + fmax(exposed.x, fmax(exposed.y, exposed.z)));
+// Four pixels of four components, the last of each 0.
+inline float16 display_values(float16 scene, float exposure) {
+    const float16 exposed = min(scene * exposure, FLT_MAX);
+    const float4 gain = 1 / (1 + max(exposed.s048c, max(exposed.s159d, exposed.s26ae)));
+    const float16 v = exposed * (float16)(gain.xxxx, gain.yyyy, gain.zzzz, gain.wwww);
     // The sRGB transfer function.
     return v < 0.0031308f ? 12.92f * v : 1.055f * power(v, 1 / 2.4f) - 0.055f;
 }
 #else
-inline float4 canonical_color(float4 raw, float exposure) {
-    return (float4)(unit(raw.x), unit(raw.y), unit(raw.z), 0);
-}
-#endif
+inline float readable(float v) { return v > 0 ? min(v, 1.0f) : 0; }
 #endif
 
 #ifdef DEPTH_WIDTH
@@ -49,6 +46,7 @@ inline float canonical_depth(float raw, Frame frame) {
 }
 #endif
 
+// A work-item reads four pixels, whose colours fill a vector.
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #ifdef COLOR_WIDTH
     global const uchar* raw_color, uint2 color_place, global COLOR_STORAGE* color,
@@ -66,39 +64,59 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
     global JITTER_Y_STORAGE* jitter_y,
 #endif
     Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= WIDTH || y >= HEIGHT) return;
+    const int x0 = 4 * get_global_id(0), y = get_global_id(1);
+    if (x0 >= WIDTH || y >= HEIGHT) return;
 
 #ifdef COLOR_WIDTH
     global const RAW_COLOR* color_row =
         (global const RAW_COLOR*)(raw_color + color_place.x + (size_t)y * color_place.y);
-    const float4 rgb = canonical_color(
-        (float4)(READ(COLOR, color_row, 0), READ(COLOR, color_row, 1), READ(COLOR, color_row, 2), 0), frame.exposure);
-    WRITE(COLOR, rgb.x, color, 0);
-    WRITE(COLOR, rgb.y, color, 1);
-    WRITE(COLOR, rgb.z, color, 2);
+    float colors[16];
+#pragma unroll
+    for (int i = 0; i < 16; ++i) {
+        const int x = min(x0 + i / 4, WIDTH - 1);
+        colors[i] = i % 4 == 3 ? 0 : readable(READ(COLOR, color_row, i % 4));
+    }
+#ifdef LINEAR_COLOR
+    vstore16(display_values(vload16(0, colors), frame.exposure), 0, colors);
+#endif
 #endif
 #ifdef DEPTH_WIDTH
     global const RAW_DEPTH* depth_row =
         (global const RAW_DEPTH*)(raw_depth + depth_place.x + (size_t)y * depth_place.y);
-    WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
-#endif
-#ifdef JITTER_X_WIDTH
-    WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
-#endif
-#ifdef JITTER_Y_WIDTH
-    WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
 #endif
 #ifdef MOTION_WIDTH
     global const RAW_MOTION* motion_row =
         (global const RAW_MOTION*)(raw_motion + motion_place.x + (size_t)y * motion_place.y);
-    const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
-    const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
     const float longest_squared = (float)WIDTH * WIDTH + (float)HEIGHT * HEIGHT;
-    const bool valid = is_finite(motion_x) && is_finite(motion_y) &&
-                       motion_x * motion_x + motion_y * motion_y <= longest_squared;
-    if (!valid && !frame.reset) atomic_inc(invalid_vectors);
-    motion[AT(MOTION, x, y, 0)] = valid ? motion_x + frame.jitter_change_x : NAN;
-    motion[AT(MOTION, x, y, 1)] = valid ? motion_y + frame.jitter_change_y : NAN;
 #endif
+
+#pragma unroll
+    for (int i = 0; i < 4; ++i) {
+        const int x = x0 + i;
+        if (x < WIDTH) {
+#ifdef COLOR_WIDTH
+            WRITE(COLOR, colors[4 * i], color, 0);
+            WRITE(COLOR, colors[4 * i + 1], color, 1);
+            WRITE(COLOR, colors[4 * i + 2], color, 2);
+#endif
+#ifdef DEPTH_WIDTH
+            WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
+#endif
+#ifdef JITTER_X_WIDTH
+            WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
+#endif
+#ifdef JITTER_Y_WIDTH
+            WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
+#endif
+#ifdef MOTION_WIDTH
+            const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
+            const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
+            const bool valid = is_finite(motion_x) && is_finite(motion_y) &&
+                               motion_x * motion_x + motion_y * motion_y <= longest_squared;
+            if (!valid && !frame.reset) atomic_inc(invalid_vectors);
+            motion[AT(MOTION, x, y, 0)] = valid ? motion_x + frame.jitter_change_x : NAN;
+            motion[AT(MOTION, x, y, 1)] = valid ? motion_y + frame.jitter_change_y : NAN;
+#endif
+        }
+    }
 }

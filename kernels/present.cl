@@ -6,24 +6,52 @@
 
 #define WRITE(v, p, i) JOIN(WRITE_, TARGET)((v), (p), (i))
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(global const storage* out,
-                                                                     global uchar* target, uint2 place, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    float4 color = (float4)(unit(LOAD(out, AT(OUT, x, y, 0))), unit(LOAD(out, AT(OUT, x, y, 1))),
-                            unit(LOAD(out, AT(OUT, x, y, 2))), 0);
-#ifdef LINEAR_COLOR
-    // The inverse of the sRGB transfer function, then of the tone mapping, for which white would be infinitely bright.
-    color = color < 12.92f * 0.0031308f ? color / 12.92f : power((color + 0.055f) / 1.055f, 2.4f);
-    const float brightest = fmax(color.x, fmax(color.y, color.z)), limit = 1 - 0x1p-12f;
-    if (brightest > limit) color *= limit / brightest;
-    color /= (1 - fmin(brightest, limit)) * frame.exposure;
+// Four pixels' colours, each with a component that means nothing. Past the row's end they are anything.
+inline float16 load_colors(global const storage* out, int x, int y) {
+#if OUT_BLOCK == 1 && OUT_STRIDE == 4
+    return LOAD16(out, AT(OUT, x, y, 0));
+#else
+    float colors[16] = {0};
+    for (int i = 0; i < min(4, OUT_WIDTH - x); ++i)
+        for (int c = 0; c < 3; ++c) colors[4 * i + c] = LOAD(out, AT(OUT, x + i, y, c));
+    return vload16(0, colors);
 #endif
-    global TARGET* pixel = (global TARGET*)(target + place.x + (size_t)y * place.y) + x * TARGET_COMPONENTS;
+}
+
+#ifdef LINEAR_COLOR
+// From display values to tone-mapped light, by the inverse of the sRGB transfer function, and on to light, for which white
+// would be infinitely bright.
+inline float16 scene_light(float16 v, float exposure) {
+    const float16 toned = v < 12.92f * 0.0031308f ? v * (1 / 12.92f) : power((v + 0.055f) * (1 / 1.055f), 2.4f);
+    const float4 brightest = max(toned.s048c, max(toned.s159d, toned.s26ae)), limit = 1 - 0x1p-12f;
+    const float4 shrink = brightest > limit ? limit / brightest : 1;
+    const float4 gain = shrink / ((1 - min(brightest, limit)) * exposure);
+    return toned * (float16)(gain.xxxx, gain.yyyy, gain.zzzz, gain.wwww);
+}
+#endif
+
+inline void store_color(float4 color, global TARGET* pixel) {
     WRITE(color.x, pixel, 0);
     WRITE(color.y, pixel, 1);
     WRITE(color.z, pixel, 2);
 #if TARGET_COMPONENTS == 4
     WRITE(1.0f, pixel, 3);
 #endif
+}
+
+// A work-item writes four pixels, whose colours fill a vector.
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(global const storage* out,
+                                                                     global uchar* target, uint2 place, Frame frame) {
+    const int x = 4 * get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    float16 colors = load_colors(out, x, y);
+    colors = colors > 0 ? min(colors, 1.0f) : 0;  // NaN becomes 0
+#ifdef LINEAR_COLOR
+    colors = scene_light(colors, frame.exposure);
+#endif
+    global TARGET* pixel = (global TARGET*)(target + place.x + (size_t)y * place.y) + x * TARGET_COMPONENTS;
+    store_color(colors.s0123, pixel);
+    if (x + 1 < OUT_WIDTH) store_color(colors.s4567, pixel + TARGET_COMPONENTS);
+    if (x + 2 < OUT_WIDTH) store_color(colors.s89ab, pixel + 2 * TARGET_COMPONENTS);
+    if (x + 3 < OUT_WIDTH) store_color(colors.scdef, pixel + 3 * TARGET_COMPONENTS);
 }

@@ -76,14 +76,13 @@ cl::Buffer device_copy(ocl::Context& context, const void* data, size_t bytes) {
 /// Packs one set of a convolution's parameters as its kernel wants them.
 cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered, const graph::Parameters& parameters,
                           int set) {
-    const size_t weights = parameters.weights_per_set();
-    const cl::Buffer weight_buffer =
-        device_copy(context, parameters.weights.data() + set * weights, weights * sizeof(float));
-    const cl::Buffer bias_buffer =
-        device_copy(context, parameters.biases.data() + static_cast<size_t>(set) * parameters.out_channels,
-                    parameters.out_channels * sizeof(float));
+    const cl::Buffer weights =
+        device_copy(context, parameters.weights.data(), parameters.weights.size() * sizeof(float));
+    const cl::Buffer biases = device_copy(context, parameters.biases.data(), parameters.biases.size() * sizeof(float));
     const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
-    runtime::PackLaunch(context, lowered).enqueue(context.queue(), weight_buffer, bias_buffer, packed, 0);
+    const runtime::PackLaunch::Source source{weights, set * parameters.weights_per_set(), biases,
+                                             static_cast<size_t>(set) * parameters.out_channels};
+    runtime::PackLaunch(context, lowered).enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;
 }

@@ -55,6 +55,7 @@ KernelCall ingest(const IngestProblem& problem) {
     if (options.depth.projective) call.options += " -DPROJECTIVE_DEPTH";
     if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";
     call.global = pixels(*any);
+    call.global[0] = (call.global[0] + 3) / 4;
     call.local = {64, 1};
     return call;
 }

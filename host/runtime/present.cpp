@@ -15,6 +15,7 @@ KernelCall present(const TensorLayout& output, const UpscalerOptions& options) {
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::target}, {ArgumentKind::target_offset}, {ArgumentKind::frame}};
     call.global = pixels(output);
+    call.global[0] = (call.global[0] + 3) / 4;
     call.local = {64, 1};
     return call;
 }
