@@ -20,8 +20,9 @@ class KernelTable(nn.Module):
         self.register_buffer("jitters", torch.as_tensor(jitters).clone())
         self.kernels = nn.Parameter(torch.as_tensor(kernels).clone())
 
-    def forward(self, jitter):
-        return self.kernels[(self.jitters - self.jitters.new_tensor(jitter)).square().sum(dim=1).argmin()]
+    def forward(self, jitters):
+        distance = (self.jitters - self.jitters.new_tensor(jitters)[:, None]).square().sum(dim=2)
+        return self.kernels[distance.argmin(dim=1)]
 
 
 class KernelMlp(nn.Module):
@@ -39,12 +40,12 @@ class KernelMlp(nn.Module):
             x = F.relu(layer(x))
         return x
 
-    def forward(self, jitter):
-        return self.layers[-1](self.hidden(self.layers[0].weight.new_tensor([jitter])))[0]
+    def forward(self, jitters):
+        return self.layers[-1](self.hidden(self.layers[0].weight.new_tensor(jitters)))
 
 
 class Enss(nn.Module):
-    """The network, its jitter-conditioned kernels predicted by `kernels` (a KernelTable or a KernelMlp)."""
+    """The network. `kernels`, a KernelTable or a KernelMlp, makes a list of K jitters into kernels [K, kernel_count]."""
 
     def __init__(self, scale, features, middle, kernels):
         super().__init__()
@@ -52,11 +53,11 @@ class Enss(nn.Module):
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
 
-    def step(self, color, depth, motion, jitter, state=None, inside=None):
+    def step(self, color, depth, motion, jitter, state=None, inside=None, kernels=None):
         """One frame, batched: colour [N, 3, h, w], canonical depth and motion; `state` None after a reset.
 
         Returns the new state, (output, feature) at output resolution. `inside`, a dict, receives warped, alpha and
-        candidate.
+        candidate. `kernels` are the jitter's, where the caller has them.
         """
         s = self.scale
         if state is None:
@@ -71,7 +72,8 @@ class Enss(nn.Module):
             warped = operators.warp(torch.cat(state, dim=1), operators.dilate(motion, depth, s), fallback)
         planes = color.new_tensor(jitter)[None, :, None, None].expand(color.shape[0], 2, *color.shape[2:])
         x = torch.cat((color, depth, planes, operators.space_to_depth(warped, s)), dim=1)
-        weights = split_kernels(self.kernels(jitter), s, self.features)
+        kernels = self.kernels([jitter])[0] if kernels is None else kernels
+        weights = split_kernels(kernels, s, self.features)
         x = F.relu(F.conv2d(x, weights["first.weight"], weights["first.bias"], padding=1))
         for layer in self.body:
             x = F.relu(layer(x))

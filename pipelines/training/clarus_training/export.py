@@ -28,7 +28,7 @@ def model_tensors(network, jitters=None, mlp=None, half=False):
         for i, layer in enumerate(network.kernels.layers):
             tensors[f"mlp.{i}.weight"], tensors[f"mlp.{i}.bias"] = array(layer.weight), array(layer.bias)
     if jitters is not None:
-        table = torch.stack([network.kernels(jitter) for jitter in jitters])
+        table = network.kernels(jitters)
         if len(jitters) > 1:  # a single entry serves every jitter
             tensors["jitter"] = np.array(jitters, dtype=np.float32)
         for name, kernels in enss.split_kernels(table, network.scale, network.features).items():

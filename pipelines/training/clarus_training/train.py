@@ -54,8 +54,9 @@ def clip_loss(network, images, jitters, loss):
     """The loss over all frames of a clip that starts with a reset."""
     outputs, state = [], None
     color, depth, motion, reference = images
+    kernels = network.kernels(jitters)
     for t, jitter in enumerate(jitters):
-        state = network.step(color[t], depth[t], motion[t], jitter, state)
+        state = network.step(color[t], depth[t], motion[t], jitter, state, kernels=kernels[t])
         outputs.append(state[0])
     return loss(torch.stack(outputs), reference)
 
