@@ -12,9 +12,6 @@
 #define PATCH_ROW ((PIXELS + 2) * CHANNELS)
 #define LINE (64 / (int)sizeof(storage))
 
-// Arrays that are passed on stay in registers only where everything is inlined.
-#define INLINE inline __attribute__((always_inline))
-
 INLINE void stage(global const storage* in, int x, int y, local float* patch) {
     for (int r = 0; r < ROWS + 2; ++r) {
         for (int p = 0; p < PIXELS + 2; ++p, patch += CHANNELS) {

@@ -13,7 +13,7 @@
 #define PLANE ((WG_Y + 2) * PATCH_WIDTH)
 
 // The patch whose corner is at (x, y), channels from `first` on.
-inline void stage(global const storage* in, int x, int y, int first, local float* patch) {
+INLINE void stage(global const storage* in, int x, int y, int first, local float* patch) {
     const int item = (int)get_local_id(1) * WG_X + (int)get_local_id(0);
     for (int i = item; i < CHUNK / 4 * PLANE; i += WG_X * WG_Y) {
         const int c = 4 * (i / PLANE), px = x + i % PLANE % PATCH_WIDTH, py = y + i % PLANE / PATCH_WIDTH;

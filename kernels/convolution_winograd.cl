@@ -27,9 +27,6 @@
 #define PATCH_POINT ODD_LINES(TILES * (16 * WHOLE + (REST ? REST_LANES : 0)))
 #define PRODUCT_POINT ODD_LINES(TILES * 16 * GROUP)
 
-// Arrays that are passed on stay in registers only where everything is inlined.
-#define INLINE inline __attribute__((always_inline))
-
 // Bᵀd for one row or column of a patch.
 INLINE void transform_input(float16* a, float16* b, float16* c, float16* d, float16* e, float16* f) {
     const float16 even = *e - *c, odd = *d - *b;

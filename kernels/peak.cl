@@ -19,7 +19,6 @@ kernel __attribute__((reqd_work_group_size(WG_X, 1, 1))) void peak(global float*
     lanes chain[CHAINS];
 #pragma unroll
     for (int i = 0; i < CHAINS; ++i) chain[i] = (lanes)(item + i);
-#pragma unroll 8
     for (uint round = 0; round < rounds; ++round) {
 #pragma unroll
         for (int i = 0; i < CHAINS; ++i) chain[i] = MAD(chain[i], (lanes)(factor), (lanes)(term));

@@ -59,18 +59,17 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 
 // --- tiled: staged in local memory by many work-items
 
-std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
-    const int channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+std::vector<Choices> tiled_choices(const Problem&, const DeviceProfile& profile) {
+    constexpr int kChunk = 8;
     std::vector<Choices> result;
-    for (const auto& [width, height] : {std::pair{16, 8}, {16, 4}, {32, 4}, {8, 8}})
-        for (const int pixels_each : {4, 2, 1})
-            for (const int chunk : {8, 16}) {
-                const size_t patch = sizeof(float) * chunk * (width * pixels_each + 2) * (height + 2);
-                const bool fits =
-                    patch <= profile.local_memory && static_cast<size_t>(width * height) <= profile.max_work_group_size;
-                if (fits && (chunk == 8 || chunk < channels + 8))
-                    result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", chunk}});
-            }
+    for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
+        for (const int pixels_each : {4, 2}) {
+            const size_t patch = sizeof(float) * kChunk * (width * pixels_each + 2) * (height + 2);
+            const size_t work_items = static_cast<size_t>(width) * height;
+            if (patch <= profile.local_memory && work_items <= profile.max_work_group_size)
+                result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", kChunk}});
+        }
+    }
     return result;
 }
 
@@ -90,18 +89,21 @@ Lowered lower_tiled(const Problem& problem, const Choices& choices) {
 // --- direct: register tiles
 
 std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile& profile) {
-    constexpr int kRegisters = 24;  // accumulators that are kept; the rest of 32 hold weights and inputs
-    const int channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+    // At most 24 sums, so that 32 vector registers hold them, the weights and an input; at least 8 to hide latency.
+    struct RegisterTile {
+        int pixels, group;
+    };
+    const std::vector<RegisterTile> register_tiles = blocks_of(problem) == 1
+                                                         ? std::vector<RegisterTile>{{20, 1}, {16, 1}}
+                                                         : std::vector<RegisterTile>{{12, 2}, {10, 2}};
+    const size_t channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
     std::vector<Choices> result;
-    for (const int group : {std::min(blocks_of(problem), 2), 1, 4}) {
-        if (group > blocks_of(problem)) continue;
-        for (const int pixels_each : {kRegisters / group, 20 / group, 12 / group, 8 / group})
-            for (const int rows : {4, 2, 1}) {
-                const size_t patch = sizeof(float) * (rows + 2) * (pixels_each + 2) * channels;
-                const Choices choice{{"PIXELS", pixels_each}, {"ROWS", rows}, {"GROUP", group}};
-                const bool known = std::find(result.begin(), result.end(), choice) != result.end();
-                if (patch <= profile.local_memory && !known) result.push_back(choice);
-            }
+    for (const auto& [pixels_each, group] : register_tiles) {
+        for (const int rows : {4, 2, 1}) {
+            if (sizeof(float) * channels * (rows + 2) * (pixels_each + 2) > profile.local_memory) continue;
+            result.push_back({{"PIXELS", pixels_each}, {"ROWS", rows}, {"GROUP", group}});
+            break;
+        }
     }
     return result;
 }
@@ -146,20 +148,20 @@ struct WinogradChannels {
 std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfile& profile) {
     const WinogradChannels channels(*problem.parameters);
     std::vector<Choices> result;
-    for (const int group : {std::clamp(channels.out_blocks, 1, 2), 1}) {
-        for (const int tiles : {12, 8, 16}) {
-            const Choices choice{{"TILES", tiles}, {"GROUP", group}};
-            const bool known = std::find(result.begin(), result.end(), choice) != result.end();
-            if (channels.local_bytes(tiles, group) <= profile.local_memory && !known) result.push_back(choice);
-        }
+    for (const auto& [tiles, most] : {std::pair{8, 2}, {12, 2}, {8, 3}, {4, 1}}) {
+        const Choices choice{{"TILES", tiles}, {"GROUP", std::clamp(channels.out_blocks, 1, most)}};
+        const bool known = std::find(result.begin(), result.end(), choice) != result.end();
+        // Four tiles are too few to hide latency: only for where local memory is small.
+        const bool last_resort = tiles == 4 && !result.empty();
+        if (!known && !last_resort && channels.local_bytes(tiles, choice.at("GROUP")) <= profile.local_memory)
+            result.push_back(choice);
     }
     return result;
 }
 
 int prefer_winograd(const Problem& problem, const DeviceProfile& profile) {
-    const bool pays = problem.parameters->in_channels >= 8 && problem.parameters->out_channels >= 8;
     const bool fits = is_plain_image(problem) && !winograd_choices(problem, profile).empty();
-    return pays && fits && !wants_many_work_items(profile) ? 4 : 0;
+    return fits && !wants_many_work_items(profile) ? 4 : 0;
 }
 
 Lowered lower_winograd(const Problem& problem, const Choices& choices) {

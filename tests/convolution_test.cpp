@@ -1,0 +1,174 @@
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "operator_harness.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::test;
+using runtime::Storage;
+
+namespace {
+
+graph::Parameters random_parameters(int out_channels, int in_channels, int sets, std::mt19937& random) {
+    // Results are of the order of 1.
+    const float largest = 2 / std::sqrt(9.0f * in_channels);
+    std::uniform_real_distribution<float> weight(-largest, largest), bias(-0.5f, 0.5f);
+    graph::Parameters parameters{out_channels, in_channels, sets, sets > 1};
+    parameters.weights.resize(parameters.weights_per_set() * sets);
+    parameters.biases.resize(static_cast<size_t>(out_channels) * sets);
+    for (float& value : parameters.weights) value = weight(random);
+    for (float& value : parameters.biases) value = bias(random);
+    return parameters;
+}
+
+/// conv(a→b) of the specification, with relu where asked for.
+Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
+                            graph::Activation activation) {
+    const auto [channels, height, width] = image.shape;
+    return planes({parameters.out_channels, height, width}, [&](int out, int x, int y) -> float {
+        double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
+        for (int in = 0; in < channels; ++in) {
+            for (int ky = 0; ky < 3; ++ky) {
+                for (int kx = 0; kx < 3; ++kx) {
+                    const int px = x + kx - 1, py = y + ky - 1;
+                    if (px < 0 || px >= width || py < 0 || py >= height) continue;
+                    const size_t weight = parameters.weights_per_set() * set +
+                                          ((static_cast<size_t>(out) * channels + in) * 3 + ky) * 3 + kx;
+                    sum += double(image.at(in, px, py)) * parameters.weights[weight];
+                }
+            }
+        }
+        return activation == graph::Activation::relu ? std::max(sum, 0.0) : sum;
+    });
+}
+
+struct Case {
+    int in_channels, out_channels;
+    Size size;
+    graph::Activation activation = graph::Activation::relu;
+    Storage storage = Storage::f32;
+    bool views = false;  // the images are parts of larger ones
+};
+
+runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
+    const graph::Shape in{test.in_channels, test.size.height, test.size.width};
+    const graph::Shape out{test.out_channels, test.size.height, test.size.width};
+    runtime::Problem problem;
+    problem.node = {graph::Convolution{0, test.activation}, {}, out, "convolution"};
+    problem.inputs = {test.views ? part_layout(in, test.storage, 1, in.channels + 7, 3)
+                                 : pixel_layout(in, test.storage)};
+    problem.output =
+        test.views ? part_layout(out, test.storage, 1, out.channels + 9, 5) : pixel_layout(out, test.storage);
+    problem.parameters = &parameters;
+    return problem;
+}
+
+/// Calls visit(implementation, its choices) for every one that fits the device, whether or not it is preferred there.
+template <typename Visit>
+void visit_implementations(const runtime::Problem& problem, bool all_choices, Visit&& visit) {
+    for (const runtime::Implementation& implementation : runtime::convolution_implementations()) {
+        std::vector<runtime::Choices> choices = implementation.choices(problem, test_device().profile());
+        if (!all_choices && !choices.empty()) choices.resize(1);
+        for (const runtime::Choices& choice : choices) {
+            std::string chosen = implementation.name;
+            for (const auto& [name, value] : choice) chosen += fmt::format(" {}={}", name, value);
+            CAPTURE(chosen);
+            visit(implementation, choice);
+        }
+    }
+}
+
+void check_convolution(const Case& test, bool all_choices = false) {
+    CAPTURE(test.in_channels);
+    CAPTURE(test.out_channels);
+    CAPTURE(test.size.width);
+    CAPTURE(test.size.height);
+    std::mt19937 random(7);
+    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 2, random);
+    const runtime::Problem problem = problem_of(test, parameters);
+    const Planes image =
+        rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
+    for (const int set : {0, 1}) {
+        const Planes expected = expected_convolution(image, parameters, set, test.activation);
+        visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
+            const float tolerance = implementation.name == "winograd" ? 5e-5f : 1e-5f;
+            check_close(run_operator(problem, implementation, choices, {image}, {}, set), expected,
+                        std::max(tolerance, storage_tolerance(test.storage)));
+        });
+    }
+}
+
+}  // namespace
+
+TEST_CASE("convolutions of ENSS's shapes") {
+    check_convolution({22, 16, {37, 21}});
+    check_convolution({16, 16, {37, 21}});
+    check_convolution({16, 20, {37, 21}, graph::Activation::none});
+    check_convolution({42, 32, {70, 9}});
+    check_convolution({32, 45, {70, 9}, graph::Activation::none});
+    check_convolution({64, 80, {13, 9}, graph::Activation::none});
+}
+
+TEST_CASE("convolutions with any number of channels") {
+    check_convolution({1, 1, {37, 21}, graph::Activation::none});
+    check_convolution({3, 5, {13, 9}});
+    check_convolution({12, 33, {13, 9}});
+    check_convolution({33, 3, {37, 21}});
+    check_convolution({4, 28, {5, 3}, graph::Activation::none});
+}
+
+TEST_CASE("convolutions between views, and stored in half") {
+    check_convolution({22, 20, {37, 21}, graph::Activation::none, Storage::f32, true});
+    check_convolution({16, 45, {37, 21}, graph::Activation::relu, Storage::f16});
+    check_convolution({5, 19, {13, 9}, graph::Activation::relu, Storage::f16, true});
+}
+
+TEST_CASE("every choice computes the same") {
+    check_convolution({22, 52, {61, 11}}, true);
+    check_convolution({16, 16, {61, 11}}, true);
+}
+
+TEST_SUITE("small") {
+    TEST_CASE("convolutions of small images") {
+        check_convolution({3, 5, {1, 1}});
+        check_convolution({22, 16, {7, 1}});
+        check_convolution({16, 20, {9, 6}});
+    }
+}
+
+TEST_CASE("a value that is not finite spreads no farther than it must") {
+    std::mt19937 random(9);
+    const Case test{5, 20, {23, 14}, graph::Activation::none};
+    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 1, random);
+    const runtime::Problem problem = problem_of(test, parameters);
+    const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
+    const Planes expected = expected_convolution(clean, parameters, 0, test.activation);
+    for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        Planes image = clean;
+        const int bad_x = 9, bad_y = 6;
+        image.at(2, bad_x, bad_y) = value;
+        visit_implementations(problem, false, [&](const auto& implementation, const auto& choices) {
+            Planes result = run_operator(problem, implementation, choices, {image}, {});
+            // Winograd's tiles begin at multiples of four, and read one pixel around them.
+            const bool tiles = implementation.name == "winograd";
+            const auto touched = [&](int at, int bad) {
+                return tiles ? bad >= at / 4 * 4 - 1 && bad <= at / 4 * 4 + 4 : std::abs(at - bad) <= 1;
+            };
+            for (int c = 0; c < test.out_channels; ++c) {
+                for (int y = 0; y < test.size.height; ++y) {
+                    for (int x = 0; x < test.size.width; ++x) {
+                        if (std::abs(x - bad_x) <= 1 && std::abs(y - bad_y) <= 1)
+                            CHECK_FALSE(std::isfinite(result.at(c, x, y)));
+                        if (touched(x, bad_x) && touched(y, bad_y)) result.at(c, x, y) = expected.at(c, x, y);
+                    }
+                }
+            }
+            check_close(result, expected, 5e-5f);
+        });
+    }
+}
