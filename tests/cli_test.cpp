@@ -516,6 +516,15 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         CHECK(contains(outcome.err, place.output().string()));
         CHECK(io::read_file(place.output()) == "in the way");
     }
+    SUBCASE("it holds the sequence's own images") {
+        const fs::path references = place.sequence() / "reference";
+        const std::string before = io::read_file(references / "0000.png");
+        const Outcome outcome = run_tool(
+            {"upscale", sequence, "--model", "bicubic", "--output", references.string(), "--device", test_selector()});
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, references.string()), outcome.err);
+        CHECK(io::read_file(references / "0000.png") == before);
+    }
     SUBCASE("nothing can be made there") {  // for the superuser, too
         const Outcome outcome = run_tool(
             {"upscale", sequence, "--model", "bicubic", "--output", "/proc/clarus", "--device", test_selector()});

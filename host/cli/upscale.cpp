@@ -97,13 +97,27 @@ void check_views(const std::vector<std::string>& wanted, const std::vector<std::
             fail(ErrorKind::invalid_argument, "{} has no view {}; there are: {}", model.name(), view, listing(names));
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& file) {
+    return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+// An output replaces a file of the same name, which must not be one of the sequence's.
+void keep_inputs(const io::Sequence& sequence, const std::filesystem::path& output) {
+    std::error_code not_there;
+    for (const io::FrameFiles& frame : sequence.frames)
+        for (const std::filesystem::path& file : {frame.color, frame.depth, frame.motion, frame.reference})
+            if (!file.empty() && std::filesystem::equivalent(folder_of(file), output, not_there))
+                fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
+                     output.string());
+}
+
 // Whatever can be known to fail does so here, before the first file is written.
 void prepare_folders(const UpscaleOptions& options, Size output_size) {
     const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
     require_writable_folder(options.output, largest_frame);
     for (const std::string& view : options.views) require_writable_folder(options.output / "views" / view);
     for (const std::filesystem::path& file : {options.trace, options.report})
-        if (!file.empty()) require_writable_folder(file.has_parent_path() ? file.parent_path() : ".");
+        if (!file.empty()) require_writable_folder(folder_of(file));
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -125,6 +139,7 @@ void upscale(const UpscaleOptions& options) {
         settings.views = options.views;
     }
     Upscaler upscaler(device, model, sequence.render_size, settings);
+    keep_inputs(sequence, options.output);
     prepare_folders(options, upscaler.output_size());
 
     const auto start = std::chrono::steady_clock::now();
