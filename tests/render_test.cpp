@@ -300,6 +300,59 @@ TEST_CASE("what was behind the camera has an invalid vector") {
     CHECK(std::hypot(x, y) > std::hypot(render_size.width, render_size.height));
 }
 
+TEST_CASE("a texture's levels are means of its texels, and it repeats") {
+    const auto value = [](float u, float v) { return Rgba{u < 0.5f ? 0.81f : 0.25f, v < 0.5f ? 1.0f : 0.0f, 0.5f, 1}; };
+    const Texture texture(2, value);
+    constexpr float rounding = 0.008f;  // 8 bits of a square root
+    const auto check = [&](Imath::V2f uv, float level, V3f expected) {
+        const V3f sample = texture.sample(uv, level);
+        CAPTURE(level);
+        for (int channel = 0; channel < 3; ++channel) CHECK(std::abs(sample[channel] - expected[channel]) < rounding);
+    };
+    check({0.125f, 0.875f}, 0, {0.81f, 0, 0.5f});
+    check({1.125f, -0.125f}, -3, {0.81f, 0, 0.5f});
+    check({0.5f, 0.625f}, 0, {0.53f, 0, 0.5f});   // between two texels
+    check({0.3f, 0.9f}, 2, {0.53f, 0.5f, 0.5f});  // one texel is left
+    check({0.3f, 0.9f}, 9, {0.53f, 0.5f, 0.5f});
+    check({0.25f, 0.25f}, 1.5f, {0.67f, 0.75f, 0.5f});  // half of a 2 by 2 level, half of the last one
+}
+
+TEST_CASE("a cut-out surface is there where its texture is, for the camera and for the sun") {
+    // Nothing in the square's left half; a floor below, the sun straight above.
+    Scene scene;
+    scene.environment.clouds = white();
+    scene.environment.sun = V3f(1);
+    const auto half = std::make_shared<Texture>(4, [](float u, float) {
+        return Rgba{1, 1, 1, u < 0.5f ? 0.0f : 1.0f};
+    });
+    Mesh card, floor;
+    card.material = scene.add_material({.texture = half, .cutout = true});
+    floor.material = scene.add_material({.texture = white()});
+    card.add_quad({V3f(-1, 1, 1), {1, 1, 1}, {1, 1, -1}, {-1, 1, -1}}, Imath::V2f(0), Imath::V2f(1));
+    floor.add_quad({V3f(-9, 0, 9), {9, 0, 9}, {9, 0, -9}, {-9, 0, -9}}, Imath::V2f(0), Imath::V2f(1));
+    scene.add_static({card, floor});
+    scene.build();
+    RenderSettings settings = small_settings();
+    settings.hdr = true;
+    CameraPose camera;
+    camera.pitch = -pi / 2;
+    const auto middle_row = [&](double height) {
+        camera.position = {0, height, 0};
+        const RenderedFrame frame = render_frame(scene, {camera, camera, 0, 0}, {}, settings);
+        const int y = render_size.height / 2, x = render_size.width / 2;
+        return std::array{frame.depth.at(x - 3, y, 0) * settings.far_plane,
+                          frame.depth.at(x + 3, y, 0) * settings.far_plane, frame.color.at(x - 3, y, 0),
+                          frame.color.at(x + 3, y, 0)};
+    };
+    const auto from_above = middle_row(4), from_below = middle_row(0.9);
+    CHECK(from_above[0] == doctest::Approx(4));
+    CHECK(from_above[1] == doctest::Approx(3));
+    CHECK(from_below[0] == doctest::Approx(0.9));
+    // No sky light is set: the floor is lit by the sun, or not at all.
+    CHECK(from_below[2] > 0.9f);
+    CHECK(from_below[3] == 0);
+}
+
 TEST_CASE("the jittered frames of a still stretch average to the reference") {
     constexpr int path_number = 1, first_still = 25, points = 16;
     const CameraPath path(path_number);
@@ -377,7 +430,7 @@ TEST_CASE("the same frame has the same values every time, another path others") 
     CHECK(first.color.values != other.color.values);
 }
 
-TEST_CASE("clarus render writes a sequence that the readers take, the same bytes each time") {
+TEST_CASE("clarus render writes a sequence that the readers take, the same each time") {
     const TemporaryFolder folder;
     run_command(tiny_render(folder / "a"));
     run_command(tiny_render(folder / "b"));
@@ -411,6 +464,18 @@ TEST_CASE("clarus render writes a sequence that the readers take, the same bytes
     later.push_back("--force");
     run_command(later);
     CHECK(io::read_file(folder / "b" / "color/0000.png") == io::read_file(folder / "a" / "color/0001.png"));
+}
+
+TEST_CASE("a render that fails takes its files with it") {
+    const TemporaryFolder folder;
+    const std::filesystem::path place = folder / "sequence", obstacle = place / "depth" / "0001.exr";
+    std::filesystem::create_directories(obstacle / "kept");
+    CHECK_THROWS_WITH_AS(run_command(tiny_render(place)), doctest::Contains("0001.exr"), Error);
+    size_t left = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(place)) left += !entry.is_directory();
+    CHECK(left == 0);
+    CHECK(std::filesystem::exists(obstacle / "kept"));
+    CHECK(!std::filesystem::exists(place / "color"));
 }
 
 TEST_CASE("clarus render writes linear radiance, other scales, motion at centres, no jitter") {
