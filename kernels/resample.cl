@@ -11,11 +11,11 @@ typedef struct {
 // image's far edge as at its near one.
 inline Coordinate source_coordinate(int x, float jitter) {
     const float centre = x + 0.5f;
-    const float near = floor(centre / SCALE);
-    const float remainder = fma(-near, SCALE, centre) - near * SCALE_REST;
+    const int near = (int)(centre / SCALE);
+    const float remainder = fma(-(float)near, SCALE, centre) - near * SCALE_REST;
     const float shift = remainder / SCALE - 0.5f - jitter;
-    const float whole = floor(shift);
-    const Coordinate result = {(int)near + (int)whole, shift - whole};
+    const int whole = whole_part(shift);
+    const Coordinate result = {near + whole, shift - whole};
     return result;
 }
 
@@ -27,7 +27,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_biline
     const Coordinate v = source_coordinate(y, frame.jitter_y);
     const Taps tx = clamped_taps(u.whole, u.fraction, IN_WIDTH);
     const Taps ty = clamped_taps(v.whole, v.fraction, IN_HEIGHT);
-    for (int c = 0; c < OUT_CHANNELS; ++c) STORE(BILINEAR(IN, in, tx, ty, c), out, AT(OUT, x, y, c));
+    for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IN, in, tx, ty, c), out, x, y, c);
 }
 
 // Keys' cubic convolution, a = -1/2: weights of the taps at -1, 0, 1, 2 from the whole coordinate.
@@ -46,12 +46,13 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bicubi
     const int4 columns = clamp(u.whole + taps, (int4)(0), (int4)(IN_WIDTH - 1));
     const int4 rows = clamp(v.whole + taps, (int4)(0), (int4)(IN_HEIGHT - 1));
     const float4 along_x = keys(u.fraction), along_y = keys(v.fraction);
-    for (int c = 0; c < OUT_CHANNELS; ++c) {
-#define ROW(y)                                                                                             \
-    dot(along_x, (float4)(LOAD(in, AT(IN, columns.s0, y, c)), LOAD(in, AT(IN, columns.s1, y, c)),          \
-                          LOAD(in, AT(IN, columns.s2, y, c)), LOAD(in, AT(IN, columns.s3, y, c))))
-        const float4 filtered = (float4)(ROW(rows.s0), ROW(rows.s1), ROW(rows.s2), ROW(rows.s3));
+    for (int c = 0; c < OUT_CHANNELS; c += 4) {
+#define ROW(y)                                                                                                     \
+    (along_x.s0 * LOAD_CHANNELS(IN, in, columns.s0, y, c) + along_x.s1 * LOAD_CHANNELS(IN, in, columns.s1, y, c) + \
+     along_x.s2 * LOAD_CHANNELS(IN, in, columns.s2, y, c) + along_x.s3 * LOAD_CHANNELS(IN, in, columns.s3, y, c))
+        const float4 sum = along_y.s0 * ROW(rows.s0) + along_y.s1 * ROW(rows.s1) + along_y.s2 * ROW(rows.s2) +
+                           along_y.s3 * ROW(rows.s3);
 #undef ROW
-        STORE(dot(along_y, filtered), out, AT(OUT, x, y, c));
+        STORE_CHANNELS(OUT, sum, out, x, y, c);
     }
 }

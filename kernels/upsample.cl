@@ -8,5 +8,5 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_image(
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Taps tx = upsample_taps(x, SCALE, SHIFT_X, IN_WIDTH);
     const Taps ty = upsample_taps(y, SCALE, SHIFT_Y, IN_HEIGHT);
-    for (int c = 0; c < OUT_CHANNELS; ++c) STORE(BILINEAR(IN, in, tx, ty, c), out, AT(OUT, x, y, c));
+    for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IN, in, tx, ty, c), out, x, y, c);
 }

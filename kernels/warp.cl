@@ -7,9 +7,9 @@
 // x + motion along an axis of `size` pixels. The vector is cut to twice the image, beyond which nothing changes, so that
 // it fits an int.
 inline Taps warp_taps(int x, float motion, int size) {
-    const float whole = floor(motion);
-    const int first = x + (int)clamp(whole, -2.0f * size, 2.0f * size);
-    Taps taps = clamped_taps(first, motion - whole, size);
+    const float limited = clamp(motion, -2.0f * size, 2.0f * size);
+    const int whole = whole_part(limited), first = x + whole;
+    Taps taps = clamped_taps(first, limited - whole, size);
 #ifdef BORDER_ZERO
     if (taps.first != first) taps.first_weight = 0;
     if (taps.second != first + 1) taps.second_weight = 0;
@@ -17,24 +17,27 @@ inline Taps warp_taps(int x, float motion, int size) {
     return taps;
 }
 
-inline void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
+inline __attribute__((always_inline)) void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
                        int x, int y, float motion_x, float motion_y) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
 #if FALLBACK_SCALE == 1
-        for (int c = 0; c < FALLBACK_CHANNELS; ++c)
-            STORE(LOAD(fallback, AT(FALLBACK, x, y, c)), out, AT(OUT, x, y, c));
+#define FALLBACK_VALUE(c) LOAD_CHANNELS(FALLBACK, fallback, x, y, c)
 #else
         const Taps tx = upsample_taps(x, FALLBACK_SCALE, frame.jitter_x, FALLBACK_WIDTH);
         const Taps ty = upsample_taps(y, FALLBACK_SCALE, frame.jitter_y, FALLBACK_HEIGHT);
-        for (int c = 0; c < FALLBACK_CHANNELS; ++c)
-            STORE(BILINEAR(FALLBACK, fallback, tx, ty, c), out, AT(OUT, x, y, c));
+#define FALLBACK_VALUE(c) BILINEAR(FALLBACK, fallback, tx, ty, c)
 #endif
-        for (int c = FALLBACK_CHANNELS; c < OUT_CHANNELS; ++c) STORE(0.0f, out, AT(OUT, x, y, c));
+        const int4 channel = (int4)(0, 1, 2, 3);
+        for (int c = 0; c < OUT_CHANNELS; c += 4) {
+            const float4 value = c < FALLBACK_CHANNELS ? FALLBACK_VALUE(c) : (float4)(0);
+            STORE_CHANNELS(OUT, c + channel < FALLBACK_CHANNELS ? value : 0, out, x, y, c);
+        }
         return;
     }
     const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
     const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
-    for (int c = 0; c < OUT_CHANNELS; ++c) STORE(BILINEAR(IMAGE, image, tx, ty, c), out, AT(OUT, x, y, c));
+    for (int c = 0; c < OUT_CHANNELS; c += 4)
+        STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(global const storage* image,
@@ -78,7 +81,13 @@ inline void store_rows(const float16* rows, global storage* out, int x, int y) {
     float pixels[16];
     vstore16(rows[0], 0, pixels);
 #pragma unroll
-    for (int i = 0; i < 16; ++i) STORE(pixels[i], out, AT(OUT, x + i / 4, y, i % 4));
+    for (int i = 0; i < 4; ++i) {
+        global storage* pixel = out + AT(OUT, x + i, y, 0);
+        STORE(pixels[4 * i], pixel, 0);
+        STORE(pixels[4 * i + 1], pixel, OUT_BLOCK * OUT_BLOCK);
+        STORE(pixels[4 * i + 2], pixel, 2 * OUT_BLOCK * OUT_BLOCK);
+        STORE(pixels[4 * i + 3], pixel, 3 * OUT_BLOCK * OUT_BLOCK);
+    }
 #endif
 }
 
