@@ -1,6 +1,7 @@
 // dilate(m, d, s): the motion of the nearest LR pixel under each 8×8 HR block, in HR pixels.
 //
-// Options: MOTION_*, DEPTH_*, OUT_* (layouts, OUT a pixel a block), SCALE, STORE_HALF (depth's storage; motion is float).
+// Options: MOTION_*, DEPTH_*, OUT_* (layouts, OUT a pixel a block), SCALE, STORE_HALF (depth's storage; motion is
+// float).
 
 #define BLOCK 8
 // The most LR columns, and rows, under a block; one that has fewer looks at its last again, which changes nothing.
@@ -11,7 +12,8 @@
 #endif
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void dilate(global const float* motion,
-                                                                    global const storage* depth, global float* out) {
+                                                                        global const storage* depth,
+                                                                        global float* out) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int first_column = BLOCK * x / SCALE, first_row = BLOCK * y / SCALE;

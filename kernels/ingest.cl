@@ -1,10 +1,10 @@
-// The caller's colour, depth and motion into their canonical form (conventions.md), and the jitter's planes: one pass over
-// the frame.
+// The caller's colour, depth and motion into their canonical form (conventions.md), and the jitter's planes: one pass
+// over the frame.
 //
-// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_* of what the
-// pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's format, RAW_T
-// (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH.
-// A resource's place is (bytes to its first pixel, bytes from row to row).
+// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_* of what
+// the pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's format,
+// RAW_T (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place
+// is (bytes to its first pixel, bytes from row to row).
 
 // Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
 #define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
@@ -27,8 +27,8 @@ inline float readable(float v) { return v > 0 ? min(v, 1.0f) : 0; }
 #endif
 
 #ifdef DEPTH_WIDTH
-// Projective: d = r / (t + a (1 - t)) with t = 1 - v, or v where reversed. With a finite far plane r = a = near / far, with
-// an infinite one r = 1e-4 and a = 0. No nearly equal numbers are subtracted but v from 1, which is then exact.
+// Projective: d = r / (t + a (1 - t)) with t = 1 - v, or v where reversed. With a finite far plane r = a = near / far,
+// with an infinite one r = 1e-4 and a = 0. No nearly equal numbers are subtracted but v from 1, which is then exact.
 inline float canonical_depth(float raw, Frame frame) {
     if (is_nan(raw)) return 1;
     const float v = clamp(raw, 0.0f, 1.0f);

@@ -19,8 +19,8 @@ inline float16 load_colors(global const storage* out, int x, int y) {
 }
 
 #ifdef LINEAR_COLOR
-// From display values to tone-mapped light, by the inverse of the sRGB transfer function, and on to light, for which white
-// would be infinitely bright.
+// From display values to tone-mapped light, by the inverse of the sRGB transfer function, and on to light, for which
+// white would be infinitely bright.
 inline float16 scene_light(float16 v, float exposure) {
     const float16 toned = v < 12.92f * 0.0031308f ? v * (1 / 12.92f) : power((v + 0.055f) * (1 / 1.055f), 2.4f);
     const float4 brightest = max(toned.s048c, max(toned.s159d, toned.s26ae)), limit = 1 - 0x1p-12f;
@@ -41,7 +41,8 @@ inline void store_color(float4 color, global TARGET* pixel) {
 
 // A work-item writes four pixels, whose colours fill a vector.
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(global const storage* out,
-                                                                     global uchar* target, uint2 place, Frame frame) {
+                                                                         global uchar* target, uint2 place,
+                                                                         Frame frame) {
     const int x = 4 * get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     float16 colors = load_colors(out, x, y);

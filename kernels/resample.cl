@@ -20,7 +20,7 @@ inline Coordinate source_coordinate(int x, float jitter) {
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bilinear(global const storage* in,
-                                                                               global storage* out, Frame frame) {
+                                                                                   global storage* out, Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Coordinate u = source_coordinate(x, frame.jitter_x);
@@ -37,7 +37,7 @@ inline float4 keys(float t) {
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bicubic(global const storage* in,
-                                                                              global storage* out, Frame frame) {
+                                                                                  global storage* out, Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Coordinate u = source_coordinate(x, frame.jitter_x);

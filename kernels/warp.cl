@@ -4,8 +4,8 @@
 // FALLBACK_SCALE (1: the fallback has the image's size; else it is upsampled), BORDER_ZERO (else clamp), STORE_HALF
 // (all but motion, which is float).
 
-// x + motion along an axis of `size` pixels. The vector is cut to twice the image, beyond which nothing changes, so that
-// it fits an int.
+// x + motion along an axis of `size` pixels. The vector is cut to twice the image, beyond which nothing changes, so
+// that it fits an int.
 inline Taps warp_taps(int x, float motion, int size) {
     const float limited = clamp(motion, -2.0f * size, 2.0f * size);
     const int whole = whole_part(limited), first = x + whole;
@@ -17,8 +17,9 @@ inline Taps warp_taps(int x, float motion, int size) {
     return taps;
 }
 
-inline __attribute__((always_inline)) void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
-                       int x, int y, float motion_x, float motion_y) {
+inline __attribute__((always_inline)) void warp_pixel(global const storage* image, global const storage* fallback,
+                                                      global storage* out, Frame frame, int x, int y, float motion_x,
+                                                      float motion_y) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
 #if FALLBACK_SCALE == 1
 #define FALLBACK_VALUE(c) LOAD_CHANNELS(FALLBACK, fallback, x, y, c)
@@ -36,14 +37,13 @@ inline __attribute__((always_inline)) void warp_pixel(global const storage* imag
     }
     const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
     const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
-    for (int c = 0; c < OUT_CHANNELS; c += 4)
-        STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
+    for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(global const storage* image,
-                                                                        global const float* motion,
-                                                                        global const storage* fallback,
-                                                                        global storage* out, Frame frame) {
+                                                                            global const float* motion,
+                                                                            global const storage* fallback,
+                                                                            global storage* out, Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
@@ -51,9 +51,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(glob
                motion[AT(MOTION, block_x, block_y, 1)]);
 }
 
-// One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are filtered
-// as vectors of four pixels of four channels, and each source row is filtered along x once. Wants PIXELS_A_VECTOR 8 and an
-// image of four channels whose pixels follow each other without a gap.
+// One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are
+// filtered as vectors of four pixels of four channels, and each source row is filtered along x once. Wants
+// PIXELS_A_VECTOR 8 and an image of four channels whose pixels follow each other without a gap.
 #if PIXELS_A_VECTOR == 8 && OUT_CHANNELS == 4 && IMAGE_BLOCK == 1 && IMAGE_STRIDE == 4
 
 // Rows of the block that are filtered before they are stored: a cell's.
@@ -92,9 +92,9 @@ inline void store_rows(const float16* rows, global storage* out, int x, int y) {
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(global const storage* image,
-                                                                        global const float* motion,
-                                                                        global const storage* fallback,
-                                                                        global storage* out, Frame frame) {
+                                                                            global const float* motion,
+                                                                            global const storage* fallback,
+                                                                            global storage* out, Frame frame) {
     const int block_x = get_global_id(0), block_y = get_global_id(1);
     if (block_x >= MOTION_WIDTH || block_y >= MOTION_HEIGHT) return;
     const float motion_x = motion[AT(MOTION, block_x, block_y, 0)];
