@@ -68,11 +68,14 @@ runtime::Problem problem_of(const Case& test, const graph::Parameters& parameter
     return problem;
 }
 
-/// Calls visit(implementation, its choices) for every one that fits the device, whether or not it is preferred there.
+/// Calls visit(implementation, its choices) for what the device can be asked to run, and for the kernel that is meant
+/// for GPUs on any.
 template <typename Visit>
 void visit_implementations(const runtime::Problem& problem, bool all_choices, Visit&& visit) {
+    const DeviceProfile profile = test_device().profile();
     for (const runtime::Implementation& implementation : runtime::convolution_implementations()) {
-        std::vector<runtime::Choices> choices = implementation.choices(problem, test_device().profile());
+        if (implementation.preference(problem, profile) == 0 && implementation.name != "tiled") continue;
+        std::vector<runtime::Choices> choices = implementation.choices(problem, profile);
         if (!all_choices && !choices.empty()) choices.resize(1);
         for (const runtime::Choices& choice : choices) {
             std::string chosen = implementation.name;
