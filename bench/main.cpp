@@ -12,8 +12,9 @@ namespace clarus::bench {
 namespace {
 
 /// Google Benchmark's console output replaced by a record of every repetition's time.
-class Record : public benchmark::ConsoleReporter {
+class Record : public benchmark::BenchmarkReporter {
   public:
+    bool ReportContext(const Context&) override { return true; }
     void ReportRuns(const std::vector<Run>& runs) override {
         for (const Run& run : runs) {
             if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
