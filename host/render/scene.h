@@ -25,7 +25,7 @@ struct Material {
 /// Light from far away. Radiance where a white surface in full sun is about 1.
 struct Environment {
     Imath::V3f to_sun{0, 1, 0};  // unit
-    Imath::V3f sun, zenith, horizon, ground;
+    Imath::V3f sun{0}, zenith{0}, horizon{0}, ground{0};
     std::shared_ptr<const Texture> clouds;
     float haze = 0;  // share of light lost a metre
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
 
+#include <cstddef>
 #include <ranges>
 #include <utility>
 
@@ -35,7 +36,8 @@ SequenceWriter::SequenceWriter(fs::path folder, const RenderSettings& settings, 
             if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", place.string(), error.message());
         }
         // Shows whether the folder can be written to, and ends the old sequence, whose frames are about to go.
-        io::write_file_atomically(index, {});
+        constexpr std::byte nothing{};
+        io::write_file_atomically(index, {&nothing, 1});
         fs::remove(index);
     } catch (...) {
         remove_files();
