@@ -24,7 +24,7 @@ class Sequence:
         path = os.path.join(directory, "sequence.json")
         with open(path) as file:
             self.facts = json.load(file)
-        self.scale = self.facts["scale"]
+        self.scale = int(self.facts["scale"])
         self.frames = self.facts["frames"]
         self.jitter = [tuple(frame["jitter"]) for frame in self.frames]
         self.reset = [t == 0 or frame.get("reset", False) for t, frame in enumerate(self.frames)]
