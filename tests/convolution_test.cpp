@@ -73,8 +73,9 @@ runtime::Problem problem_of(const Case& test, const graph::Parameters& parameter
 template <typename Visit>
 void visit_implementations(const runtime::Problem& problem, bool all_choices, Visit&& visit) {
     const DeviceProfile profile = test_device().profile();
+    const bool preferred_only = profile.device_class == DeviceClass::cpu && profile.float_vector_width == 1;
     for (const runtime::Implementation& implementation : runtime::convolution_implementations()) {
-        if (implementation.preference(problem, profile) == 0 && implementation.name != "tiled") continue;
+        if (preferred_only && implementation.preference(problem, profile) == 0) continue;
         std::vector<runtime::Choices> choices = implementation.choices(problem, profile);
         if (!all_choices && !choices.empty()) choices.resize(1);
         for (const runtime::Choices& choice : choices) {
