@@ -98,7 +98,9 @@ void Executor::warm_up() {
                             stand_in(plan_.ingest.depth, options_.depth_format),
                             stand_in(plan_.ingest.motion, options_.motion_format)};
         const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
-        stages_.back().bindings.target = zeroed(tight_bytes({output.width, output.height}, options_.output_format));
+        const Size size{output.width, output.height};
+        stages_.back().bindings.target = zeroed(tight_bytes(size, options_.output_format));
+        stages_.back().bindings.target_offset = offset_and_pitch(0, tight_pitch(size, options_.output_format));
         FrameConstants constants;
         constants.reset = 1;
         for (Stage& stage : stages_) run(stage, constants);
