@@ -17,9 +17,8 @@ inline Taps warp_taps(int x, float motion, int size) {
     return taps;
 }
 
-inline __attribute__((always_inline)) void warp_pixel(global const storage* image, global const storage* fallback,
-                                                      global storage* out, Frame frame, int x, int y, float motion_x,
-                                                      float motion_y) {
+INLINE void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
+                       int x, int y, float motion_x, float motion_y) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
 #if FALLBACK_SCALE == 1
 #define FALLBACK_VALUE(c) LOAD_CHANNELS(FALLBACK, fallback, x, y, c)

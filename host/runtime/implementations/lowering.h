@@ -9,13 +9,13 @@
 
 namespace clarus::runtime {
 
-/// What operators that run one work-item a pixel (or cell, or block) share.
+// What the operators between the convolutions share when they are lowered.
 
-/// The layouts as options, and STORE_HALF where these images are stored in half. They have one storage.
 struct NamedLayout {
     std::string_view name;
     const TensorLayout& layout;
 };
+/// The layouts of images of one storage as compiler options, and STORE_HALF where that is half.
 std::string image_options(std::initializer_list<NamedLayout> images);
 
 /// "WG_X" and "WG_Y": work-groups that suit the device, the built-in one first.
@@ -28,7 +28,7 @@ std::array<size_t, 2> pixels(const TensorLayout& layout);
 /// The OpenCL type of the caller's elements.
 std::string_view opencl_type(ElementType type);
 
-/// One that runs everywhere.
+/// The preference of an implementation that runs everywhere.
 int obvious(const Problem& problem, const DeviceProfile& profile);
 
 }  // namespace clarus::runtime
