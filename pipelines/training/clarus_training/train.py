@@ -16,6 +16,8 @@ from . import dataset, enss, validation
 from .losses import LOSSES
 from .sequence import find
 
+LONGEST_STEP = 10  # seconds
+
 
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
@@ -89,7 +91,7 @@ def main():
     held_out = find(arguments.validation) if arguments.validation else []
     clips = [dataset.Clips(sequences, n, arguments.crop, arguments.seed + iteration) for n in arguments.clip]
 
-    budget, origin = arguments.hours * 3600, time.monotonic() - elapsed
+    budget, now = arguments.hours * 3600, time.monotonic()
     log = open(os.path.join(arguments.output, "log.csv"), "a" if iteration else "w", newline="", buffering=1)
     table = csv.writer(log)
     if not iteration:
@@ -111,7 +113,9 @@ def main():
         optimizer.step()
         iteration += 1
         running = loss.item() if running is None else 0.98 * running + 0.02 * loss.item()
-        elapsed = time.monotonic() - origin
+        # A process that was paused for a while has not trained meanwhile.
+        now, before = time.monotonic(), now
+        elapsed += min(now - before, LONGEST_STEP)
         if elapsed - last_saved > 60 * arguments.checkpoint_minutes or elapsed >= budget:
             save(
                 checkpoint_path,
@@ -126,7 +130,7 @@ def main():
             row = [f"{elapsed:.0f}", iteration, f"{rate:.2e}", f"{running:.5f}", f"{ours:.3f}", f"{bicubic:.3f}"]
             table.writerow(row)
             print(*row, flush=True)
-            last_saved = elapsed
+            last_saved, now = elapsed, time.monotonic()
 
 
 if __name__ == "__main__":
