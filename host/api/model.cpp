@@ -81,9 +81,7 @@ Model Model::load(const std::string& path) {
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
     pipeline->build(*state->tensors, scale, {8, 8});
-    Model model;
-    model.state_ = std::move(state);
-    return model;
+    return Model(std::move(state));
 }
 
 Model Model::filter(const std::string& name, double scale) {
@@ -94,9 +92,7 @@ Model Model::filter(const std::string& name, double scale) {
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;
-    Model model;
-    model.state_ = std::move(state);
-    return model;
+    return Model(std::move(state));
 }
 
 Model Model::find(const std::string& name_or_path, double scale) {

@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
         [logger](clarus::LogLevel level, std::string_view message) { logger->log(spdlog_level(level), message); });
 
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
-    app.set_version_flag("--version", "clarus 0.1.0");
+    app.set_version_flag("--version", "clarus " CLARUS_VERSION);
     app.add_flag_callback(
         "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
     app.fallthrough();

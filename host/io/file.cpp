@@ -42,7 +42,8 @@ void write_file_atomically(const std::filesystem::path& path, std::span<const st
 
     std::FILE* file = std::fopen(temporary.c_str(), "wb");
     if (!file) give_up(errno);
-    const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size() && std::fflush(file) == 0;
+    const bool all = bytes.empty() || std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    const bool written = all && std::fflush(file) == 0;
     const int write_error = errno;
     const bool closed = std::fclose(file) == 0;
     if (!written) give_up(write_error);

@@ -104,6 +104,8 @@ void write_image(const std::filesystem::path& path, const Pixels& pixels, Sample
     spec.attribute("oiio:UnassociatedAlpha", 1);
     if (path.extension() == ".exr") {
         spec.attribute("compression", "zip");
+        // Else it is the time of writing, and the same picture gives other bytes.
+        spec.attribute("DateTime", "1970:01:01 00:00:00");
         // By default OpenImageIO takes the second of two for alpha; a motion image has none.
         if (pixels.channels == 2) spec.channelnames = {"R", "G"}, spec.alpha_channel = -1;
     }
