@@ -12,7 +12,8 @@ import tempfile
 def measure(clarus, sequence, model, options):
     """The report of `clarus compare` on what `clarus upscale` makes of a sequence."""
     with tempfile.TemporaryDirectory() as output:
-        subprocess.run([clarus, "upscale", sequence, "--model", model, "--output", output, *options], check=True)
+        upscale = [clarus, "upscale", sequence, "--model", model, "--output", output, *options]
+        subprocess.run(upscale, check=True, stdout=subprocess.DEVNULL)
         report = subprocess.run(
             [clarus, "compare", output, sequence, "--json"], check=True, stdout=subprocess.PIPE, text=True
         )
