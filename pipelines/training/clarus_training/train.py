@@ -98,7 +98,8 @@ def main():
         table.writerow(["seconds", "iteration", "rate", "loss", "psnr", "bicubic psnr"])
     running, last_saved = None, elapsed
     while elapsed < budget:
-        rate = arguments.last_rate + (arguments.rate - arguments.last_rate) * (1 + math.cos(math.pi * elapsed / budget)) / 2
+        fall = (1 + math.cos(math.pi * elapsed / budget)) / 2
+        rate = arguments.last_rate + (arguments.rate - arguments.last_rate) * fall
         rate *= min(1, (iteration + 1) / 100)  # Adam's second moments need a few steps to mean something
         for group in optimizer.param_groups:
             group["lr"] = rate * group["share"]
