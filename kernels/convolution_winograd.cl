@@ -4,7 +4,8 @@
 // error is about 10⁻⁵ of the largest output; a value that is not finite spreads over its tile.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, TILES (a multiple of 4), GROUP (blocks of sixteen output channels
-// multiplied at once), WG_X, WG_Y. Work-items: (tile rows, strips), ⌈height / 4⌉ × ⌈⌈width / 4⌉ / TILES⌉.
+// multiplied at once), WG_X, WG_Y (both 1: scratch is not shared). Work-items: (tile rows, strips), which is
+// (⌈height / 4⌉, ⌈⌈width / 4⌉ / TILES⌉).
 // A set of packed weights takes 16 · ⌈COUT / 16⌉ + 36 · 16 · (CIN · OUT_BLOCKS + OUT_QUAD · (4 · WHOLE + REST)) floats.
 
 // Input channels: WHOLE blocks of sixteen, one to a vector, then the REST, of 16 / REST_LANES tiles to a vector.
@@ -13,7 +14,7 @@
 #define REST_LANES (REST > 8 ? 16 : REST > 4 ? 8 : 4)
 
 // Output channels: OUT_BLOCKS of sixteen, the last perhaps part-filled. One to four left over make a quad, for which a
-// vector's lanes are four input channels × four output channels; the four partial sums are added at the very end.
+// vector's lanes are four input channels × four output channels.
 #define OUT_QUAD (COUT % 16 > 0 && COUT % 16 <= 4)
 #define OUT_BLOCKS (COUT / 16 + (COUT % 16 > 4))
 #define BIAS_FLOATS ((COUT + 15) / 16 * 16)
@@ -25,7 +26,10 @@
 // An odd number of 64-byte lines, so that the 36 points of a tile fall into different cache sets.
 #define ODD_LINES(floats) (((floats) + 15) / 16 / 2 * 32 + 16)
 #define PATCH_POINT ODD_LINES(TILES * (16 * WHOLE + (REST ? REST_LANES : 0)))
-#define PRODUCT_POINT ODD_LINES(TILES * 16 * GROUP)
+
+// A single pass's products may take the place of the patches, so that less cache is used.
+#define IN_PLACE (PASSES == 1 && CIN >= 16 * OUT_BLOCKS)
+#define PRODUCT_POINT (IN_PLACE ? PATCH_POINT : ODD_LINES(TILES * 16 * GROUP))
 
 // Bᵀd for one row or column of a patch.
 INLINE void transform_input(float16* a, float16* b, float16* c, float16* d, float16* e, float16* f) {
@@ -125,7 +129,8 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
         for (int t = 0; t < TILES; ++t) ((local float16*)product)[o * TILES + t] = sum[o][t];
 }
 
-// The same for the quad of output channels left over.
+// The same for the quad of output channels left over: lanes are four input channels × four output channels while summing,
+// four tiles × four output channels in the product.
 INLINE void multiply_quad(local const float* patch, global const float* weights, local float* product) {
     float16 sum[TILES];
 #pragma unroll
@@ -145,7 +150,12 @@ INLINE void multiply_quad(local const float* patch, global const float* weights,
         for (int t = 0; t < TILES; ++t)
             sum[t] = MAD((float16)(patch[REST_LANES * t + c]), vload16(0, weights), sum[t]);
 #pragma unroll
-    for (int t = 0; t < TILES; ++t) ((local float16*)product)[t] = sum[t];
+    for (int t = 0; t < TILES; t += 4) {
+        const float16 ab = (float16)(sum[t].lo, sum[t + 1].lo) + (float16)(sum[t].hi, sum[t + 1].hi);
+        const float16 cd = (float16)(sum[t + 2].lo, sum[t + 3].lo) + (float16)(sum[t + 2].hi, sum[t + 3].hi);
+        ((local float16*)product)[t / 4] = (float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab) +
+                                           (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef);
+    }
 }
 
 // A tile's 36 products to its 4×4 pixels.
@@ -177,23 +187,19 @@ INLINE void finish_block(local const float* product, global const float* bias, g
                            AT(OUT, x + i % 4, y + i / 4, 16 * block));
 }
 
-INLINE void finish_quad(local const float* product, global const float* bias, global storage* out, int x, int y) {
+// Four tiles' quads, the first at (x, y).
+INLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
     float16 pixel[16];
     transform_products(product, pixel);
 #pragma unroll
-    for (int r = 0; r < 4; ++r) {
-        const float16 a = pixel[4 * r], b = pixel[4 * r + 1], c = pixel[4 * r + 2], d = pixel[4 * r + 3];
-        const float16 ab = (float16)(a.lo, b.lo) + (float16)(a.hi, b.hi);
-        const float16 cd = (float16)(c.lo, d.lo) + (float16)(c.hi, d.hi);
-        const float16 row = ACTIVATE((float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab) +
-                                     (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef) +
-                                     vload16(OUT_BLOCKS, bias).s0123012301230123);
-        const float4 quad[4] = {row.s0123, row.s4567, row.s89ab, row.scdef};
+    for (int i = 0; i < 16; ++i) {
+        const float16 v = ACTIVATE(pixel[i] + vload16(OUT_BLOCKS, bias).s0123012301230123);
+        const float4 quad[4] = {v.s0123, v.s4567, v.s89ab, v.scdef};
 #pragma unroll
-        for (int i = 0; i < 4; ++i)
-            if (INSIDE(OUT, x + i, y + r))
-                store_channels((float16)(quad[i], (float4)(0), (float8)(0)), COUT % 16, out,
-                               AT(OUT, x + i, y + r, 16 * OUT_BLOCKS));
+        for (int t = 0; t < 4; ++t)
+            if (INSIDE(OUT, x + 4 * t + i % 4, y + i / 4))
+                store_channels((float16)(quad[t], (float4)(0), (float8)(0)), COUT % 16, out,
+                               AT(OUT, x + 4 * t + i % 4, y + i / 4, 16 * OUT_BLOCKS));
     }
 }
 
@@ -206,12 +212,12 @@ INLINE void prefetch_share(global const storage* in, global storage* out, int x,
     global const storage* row = in + AT(IN, x - 1, min(y + 5 + share / shares, IN_HEIGHT - 1), 0);
 #pragma unroll
     for (int i = 0; i < lines; ++i) PREFETCH(row + (share % shares * lines + i) * LINE);
-    const int pixels = (16 * TILES + 35) / 36;
+    const int pixels = (4 * TILES + 8) / 9;
+    global storage* first = out + AT(OUT, x + k % 9 * pixels, y + k / 9, 16 * block);
 #pragma unroll
-    for (int i = 0; i < pixels; ++i) {
-        const int pixel = k * pixels + i;
-        for (int c = 0; c < 16 * blocks; c += LINE)
-            PREFETCH_TO_WRITE(out + AT(OUT, x + pixel % (4 * TILES), y + pixel / (4 * TILES), 16 * block + c));
+    for (int i = 0; i < pixels; ++i, first += OUT_STRIDE) {
+        for (int c = 0; c < 16 * blocks; c += LINE) PREFETCH_TO_WRITE(first + c);
+        if (OUT_STRIDE % LINE) PREFETCH_TO_WRITE(first + 16 * blocks - 1);
     }
 }
 
@@ -238,14 +244,18 @@ INLINE void run_quad_pass(global const storage* in, local const float* patches, 
         prefetch_share(in, out, x, y, PASSES - 1, k, OUT_BLOCKS, OUT_BLOCKS == 0);
         multiply_quad(patches + k * PATCH_POINT, weights, products + k * PRODUCT_POINT);
     }
-    for (int t = 0; t < tiles; ++t) finish_quad(products + 16 * t, bias, out, x + 4 * t, y);
+    for (int t = 0; t < tiles; t += 4) finish_quads(products + 4 * t, bias, out, x + 4 * t, y);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
     global const storage* restrict in, global const float* restrict packed, global storage* restrict out,
     uint packed_offset) {
     local float patches[36 * PATCH_POINT] __attribute__((aligned(64)));
+#if IN_PLACE
+    local float* products = patches;
+#else
     local float products[36 * PRODUCT_POINT] __attribute__((aligned(64)));
+#endif
     const int first = (int)get_global_id(1) * TILES, tiles = min(TILES, (OUT_WIDTH + 3) / 4 - first);
     const int x = 4 * first, y = 4 * (int)get_global_id(0);
 

@@ -139,8 +139,10 @@ struct WinogradChannels {
     size_t local_bytes(int tiles, int group) const {
         const int rest = in % kBlock;
         const int rest_lanes = rest > 8 ? 16 : rest > 4 ? 8 : rest > 0 ? 4 : 0;
+        const bool in_place = (out_blocks + group - 1) / group + out_quad == 1 && in >= kBlock * out_blocks;
         return 36 * sizeof(float) *
-               (odd_lines(tiles * (in / kBlock * kBlock + rest_lanes)) + odd_lines(tiles * kBlock * group));
+               (odd_lines(tiles * (in / kBlock * kBlock + rest_lanes)) +
+                (in_place ? 0 : odd_lines(tiles * kBlock * group)));
     }
     static size_t odd_lines(int floats) { return (floats + 15) / 16 / 2 * 32 + 16; }
 
