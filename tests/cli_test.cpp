@@ -200,7 +200,8 @@ TEST_CASE("upscale --frames takes a part, which starts anew") {
     REQUIRE(place.upscale(network).exit_code == 0);
     CHECK(io::read_file(place.output() / "0002.png") == started_at_2);
 
-    check_refused(Workplace(), Workplace().upscale("bicubic", {"--frames", "2:5"}), "--frames 2:5");
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale("bicubic", {"--frames", "2:5"}), "--frames 2:5");
 }
 
 TEST_CASE("upscale of linear HDR writes linear EXR and refuses PNG") {

@@ -1,11 +1,16 @@
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 
+#include "clarus/error.h"
 #include "clarus/upscaler.h"
 #include "io/safetensors.h"
+#include "temporary_folder.h"
 #include "test_device.h"
 
 using namespace clarus;
@@ -121,4 +126,29 @@ TEST_CASE("a jitter that the table lacks is reported with its distance" * doctes
     CHECK(run(Golden("enss_x3_table")).upscaler.largest_jitter_distance() ==
           doctest::Approx(0.004 * std::sqrt(2.0)).epsilon(0.01));
     CHECK(run(Golden("enss_x2_mlp")).upscaler.largest_jitter_distance() == 0);
+}
+
+TEST_CASE("a model that lacks a tensor of a group is refused with the tensor's name" * doctest::test_suite("small")) {
+    const TemporaryFolder folder;
+    // Names of the same length, so that the file stays whole.
+    const auto renamed = [&](const std::string& model, const std::string& from, const std::string& to) {
+        std::ifstream original(std::string(CLARUS_GOLDEN_DIR) + "/" + model + ".model.safetensors", std::ios::binary);
+        std::string bytes((std::istreambuf_iterator<char>(original)), {});
+        const size_t place = bytes.find("\"" + from + "\"");
+        REQUIRE(place != std::string::npos);
+        bytes.replace(place + 1, from.size(), to);
+        const std::string path = (folder / "renamed.safetensors").string();
+        std::ofstream(path, std::ios::binary) << bytes;
+        return path;
+    };
+    for (const auto& [model, from, to] :
+         {std::array{"enss_x4_single", "body.0.weight", "body.5.weight"},
+          std::array{"enss_x4_single", "body.1.bias", "body.7.bias"},
+          std::array{"enss_x2_table", "first.weight", "worst.weight"},
+          std::array{"enss_x2_table", "last.bias", "lost.bias"}, std::array{"enss_x2_table", "jitter", "gitter"},
+          std::array{"enss_x2_mlp", "mlp.0.weight", "mlp.9.weight"},
+          std::array{"enss_x2_mlp", "mlp.3.bias", "mlp.9.bias"}}) {
+        CAPTURE(from);
+        CHECK_THROWS_WITH_AS(Model::load(renamed(model, from, to)), doctest::Contains(from), Error);
+    }
 }

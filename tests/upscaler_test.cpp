@@ -243,6 +243,36 @@ TEST_CASE("a frame that does not fit is refused with the field's name" * doctest
     CHECK_THROWS_WITH_AS(Model::find("enss-xl-x9"), doctest::Contains("bicubic"), Error);
 }
 
+TEST_CASE("a buffer that is too small, or another context's, is refused") {
+    const Device device = test_device();
+    Upscaler upscaler(device, network(), kRender);
+    Inputs inputs(9);
+    std::vector<float> output;
+    FrameDescription frame = inputs.describe(output);
+    const size_t bytes = sizeof(float) * inputs.depth.size();
+    const cl::Buffer fits(device.context().context(), CL_MEM_READ_WRITE, bytes);
+    frame.depth = {.buffer = fits(), .offset = 4, .size = kRender};
+    CHECK(error_of(upscaler, frame, "depth") == ErrorKind::invalid_argument);
+    const cl::Context elsewhere(device.context().device());
+    const cl::Buffer foreign(elsewhere, CL_MEM_READ_WRITE, bytes);
+    frame.depth = {.buffer = foreign(), .size = kRender};
+    CHECK(error_of(upscaler, frame, "depth") == ErrorKind::invalid_argument);
+}
+
+TEST_CASE("a frame that cannot be enqueued does not spoil those after it") {
+    Upscaler upscaler(test_device(), network(), kRender);
+    Inputs inputs(10);
+    const std::vector<float> alone = run(upscaler, inputs);
+    std::vector<float> output;
+    FrameDescription frame = inputs.describe(output);
+    const cl::Context elsewhere(test_device().context().device());
+    const cl::UserEvent foreign(elsewhere);  // a wait list is of one context
+    const cl_event events[] = {foreign()};
+    frame.wait_for = events;
+    CHECK_THROWS_AS(upscaler.submit(frame), Error);
+    CHECK(run(upscaler, inputs) == alone);  // it starts anew
+}
+
 TEST_CASE("the memory plan stays within a tenth of what is live at the worst moment") {
     for (const Size size : {Size{960, 540}, Size{61, 43}}) {
         const Upscaler upscaler(test_device(), network(), size);

@@ -9,7 +9,7 @@
 namespace clarus {
 namespace {
 
-// Beyond this, element numbers of a 64-channel image leave 32 bits.
+// More is a mistake rather than an image.
 constexpr int kLargestSide = 1 << 15;
 
 }  // namespace

@@ -1,7 +1,10 @@
 #include "api/frame_checks.h"
 
+#include <CL/cl.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "base/error.h"
@@ -17,7 +20,21 @@ void check_format(std::string_view name, const ImageFormat& format, int least, i
              least, most);
 }
 
-void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size) {
+void check_buffer(std::string_view name, const Image& image, size_t bytes, cl_context context) {
+    size_t size = 0;
+    cl_context owner = nullptr;
+    const bool known = clGetMemObjectInfo(image.buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr) == CL_SUCCESS &&
+                       clGetMemObjectInfo(image.buffer, CL_MEM_CONTEXT, sizeof(owner), &owner, nullptr) == CL_SUCCESS;
+    if (!known || owner != context)
+        fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context", name);
+    if (image.offset + bytes > size)
+        fail(ErrorKind::invalid_argument, "frame.{}: the buffer has {} bytes; {} at offset {} are needed", name, size,
+             bytes, image.offset);
+    if (image.offset > std::numeric_limits<cl_uint>::max())
+        fail(ErrorKind::invalid_argument, "frame.{}: offset {} is beyond 4 GiB; make a sub-buffer", name, image.offset);
+}
+
+void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size, cl_context context) {
     if (image.empty()) fail(ErrorKind::invalid_argument, "frame.{}: neither host memory nor a buffer", name);
     if (image.host && image.buffer)
         fail(ErrorKind::invalid_argument, "frame.{}: host memory and a buffer; give one", name);
@@ -34,6 +51,8 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
              element);
     if (image.host && image.offset != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
+    const size_t pitch = image.row_pitch ? image.row_pitch : tight;
+    if (image.buffer) check_buffer(name, image, pitch * (size.height - 1) + tight, context);
 }
 
 void check_optional(std::string_view name, const Image& image, Size render, Size output) {
@@ -64,13 +83,13 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
 }
 
 void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output,
-                 bool needs_motion) {
-    check_image("color", frame.color, options.color_format, render);
+                 bool needs_motion, cl_context context) {
+    check_image("color", frame.color, options.color_format, render, context);
     if (needs_motion) {
-        check_image("depth", frame.depth, options.depth_format, render);
-        check_image("motion", frame.motion, options.motion_format, render);
+        check_image("depth", frame.depth, options.depth_format, render, context);
+        check_image("motion", frame.motion, options.motion_format, render, context);
     }
-    check_image("output", frame.output, options.output_format, output);
+    check_image("output", frame.output, options.output_format, output, context);
     if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
         fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
              frame.jitter.x, frame.jitter.y);

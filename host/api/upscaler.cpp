@@ -72,7 +72,8 @@ struct Upscaler::State {
         constants.motion_scale_y = options.motion.scale.y;
         if (options.depth.projective) {
             const bool infinite = std::isinf(frame.far_plane);
-            constants.depth_numerator = infinite ? 1e-4f : frame.near_plane / frame.far_plane;
+            constants.depth_numerator =
+                static_cast<float>(infinite ? 1e-4 : static_cast<double>(frame.near_plane) / frame.far_plane);
             constants.depth_addend = infinite ? 0.0f : constants.depth_numerator;
         }
         constants.exposure = frame.exposure;
@@ -85,10 +86,7 @@ struct Upscaler::State {
 
 Upscaler::Upscaler(Device device, Model model, Size render_size, UpscalerOptions options)
     : state_(std::make_unique<State>(std::move(device), std::move(model), render_size, std::move(options))) {}
-Upscaler::~Upscaler() {
-    // Host memory of frames on their way may go with the caller's.
-    if (state_ && state_->executor) clFinish(state_->device.context().queue()());
-}
+Upscaler::~Upscaler() = default;
 Upscaler::Upscaler(Upscaler&&) noexcept = default;
 Upscaler& Upscaler::operator=(Upscaler&&) noexcept = default;
 
@@ -124,9 +122,11 @@ void Upscaler::prepare(const std::function<void(double)>& progress) {
 }
 
 FrameEvent Upscaler::submit(const FrameDescription& frame) {
-    check_frame(frame, state_->options, state_->render_size, state_->output_size, state_->model.needs_motion());
+    check_frame(frame, state_->options, state_->render_size, state_->output_size, state_->model.needs_motion(),
+                state_->device.context().context()());
     prepare();
     const bool without_history = frame.reset || state_->reset;
+    state_->reset = true;  // where submit fails
     const FrameEvent event(state_->executor->submit(frame, state_->constants(frame, without_history)));
     state_->reset = false;
     state_->previous_jitter = frame.jitter;
@@ -142,7 +142,8 @@ std::vector<std::string> Upscaler::view_names() const {
 }
 
 Upscaler::View Upscaler::view(const std::string& name) const {
-    if (!state_->executor) fail(ErrorKind::invalid_argument, "view \"{}\": no frame was submitted yet", name);
+    if (!state_->executor || !state_->executor->has_run())
+        fail(ErrorKind::invalid_argument, "view \"{}\": no frame was submitted yet", name);
     const graph::Graph& graph = state_->plan->layout.graph;
     const auto found = graph.views.find(name);
     if (found == graph.views.end())

@@ -111,6 +111,13 @@ void keep_inputs(const io::Sequence& sequence, const std::filesystem::path& outp
                      output.string());
 }
 
+// A report replaces a file of the same name, which must not be what describes the sequence.
+void keep_description(const io::Sequence& sequence, const std::filesystem::path& file) {
+    std::error_code not_there;
+    if (!file.empty() && std::filesystem::equivalent(folder_of(file), sequence.folder, not_there))
+        fail(ErrorKind::invalid_argument, "{} would lie in the sequence's own folder; name another", file.string());
+}
+
 // Whatever can be known to fail does so here, before the first file is written.
 void prepare_folders(const UpscaleOptions& options, Size output_size) {
     const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
@@ -140,6 +147,8 @@ void upscale(const UpscaleOptions& options) {
     }
     Upscaler upscaler(device, model, sequence.render_size, settings);
     keep_inputs(sequence, options.output);
+    keep_description(sequence, options.report);
+    keep_description(sequence, options.trace);
     prepare_folders(options, upscaler.output_size());
 
     const auto start = std::chrono::steady_clock::now();

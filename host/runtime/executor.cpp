@@ -86,6 +86,8 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
     report();
 }
 
+Executor::~Executor() { clFinish(context_.queue()()); }
+
 void Executor::warm_up() {
     // Some drivers finish a kernel's compilation when it is first run. Resources and target are stood in for.
     ocl::checked("run every kernel once", [&] {
@@ -166,9 +168,19 @@ const cl::Buffer& Executor::memory(int index) const { return memories_[odd_frame
 
 std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants) {
     const std::shared_ptr<FrameResult> result = free_result();
-    const cl::CommandQueue& queue = context_.queue();
     odd_frame_ = !odd_frame_;
+    try {
+        enqueue_frame(frame, constants, *result);
+    } catch (...) {
+        clFinish(context_.queue()());
+        result->done = cl::Event();
+        throw;
+    }
+    return result;
+}
 
+void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result) {
+    const cl::CommandQueue& queue = context_.queue();
     ocl::checked("submit a frame", [&] {
         if (!frame.wait_for.empty()) {
             const cl_int status = clEnqueueBarrierWithWaitList(queue(), static_cast<cl_uint>(frame.wait_for.size()),
@@ -186,11 +198,10 @@ std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, con
         const bool host_output = bind_target(frame.output);
         for (Stage& stage : stages_) run(stage, constants);
         if (host_output) read_back(frame.output);
-        queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result->invalid_motion_vectors);
-        queue.enqueueMarkerWithWaitList(nullptr, &result->done);
+        queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result.invalid_motion_vectors);
+        queue.enqueueMarkerWithWaitList(nullptr, &result.done);
         queue.flush();
     });
-    return result;
 }
 
 void Executor::bind_input(Resource resource, const Image& image, const std::optional<TensorLayout>& layout) {
@@ -260,7 +271,7 @@ std::shared_ptr<FrameResult> Executor::free_result() {
     for (const auto& result : results_) {
         if (result.use_count() > 1) continue;
         // Its frame may still be on its way, and then it is going to write to it.
-        if (result->done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() == CL_COMPLETE) return result;
+        if (!result->done() || result->done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() == CL_COMPLETE) return result;
     }
     results_.push_back(std::make_shared<FrameResult>());
     return results_.back();

@@ -30,8 +30,15 @@ class Executor {
     Executor(ocl::Context& context, const Plan& plan, const UpscalerOptions& options,
              const std::function<void(double)>& progress);
 
-    /// Enqueues one frame, whose description has been checked.
+    /// Waits for frames on their way: they use memory of the executor's and of the caller's.
+    ~Executor();
+
+    /// Enqueues one frame, whose description has been checked. Where that fails, it waits for what was enqueued, and
+    /// the history is as before the frame or is of no use: the next frame must be a reset.
     std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
+
+    /// Whether submit was called.
+    bool has_run() const { return !results_.empty(); }
 
     /// A value of the last frame as interleaved floats. Waits. For values that are live at the frame's end.
     std::vector<float> read(graph::Value value) const;
@@ -52,6 +59,7 @@ class Executor {
         int profile = -1;
     };
 
+    void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result);
     void allocate();
     void warm_up();
     cl::Buffer zeroed(size_t bytes) const;

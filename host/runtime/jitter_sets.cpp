@@ -42,4 +42,6 @@ JitterSets::Selection JitterSets::select(Vec2 jitter) {
     return {first + static_cast<int>(oldest - computed_.begin()), true};
 }
 
+void JitterSets::forget(int set) { computed_[set - table_.size()] = {}; }
+
 }  // namespace clarus::runtime

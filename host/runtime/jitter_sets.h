@@ -21,6 +21,9 @@ class JitterSets {
     };
     Selection select(Vec2 jitter);
 
+    /// The set that was to be computed could not be.
+    void forget(int set);
+
     /// The most that a jitter was away from the table's nearest entry where that entry had to serve, in render pixels.
     double largest_distance() const { return largest_distance_; }
 

@@ -23,7 +23,7 @@ cl::Buffer upload(ocl::Context& context, const std::vector<float>& values) {
 KernelPredictor::KernelPredictor(ocl::Context& context, const std::vector<graph::DenseLayer>& layers)
     : context_(context) {
     ocl::checked("upload the kernel-predicting layers", [&] {
-        jitter_ = cl::Buffer(context.context(), CL_MEM_READ_ONLY, sizeof(Vec2));
+        jitter_ = cl::Buffer(context.context(), CL_MEM_READ_ONLY, sizeof(cl_float2));
         for (const graph::DenseLayer& layer : layers)
             layers_.push_back({static_cast<size_t>(layer.out), static_cast<size_t>(layer.in),
                                upload(context, layer.weights), upload(context, layer.biases),
@@ -36,7 +36,8 @@ KernelPredictor::KernelPredictor(ocl::Context& context, const std::vector<graph:
 const cl::Buffer& KernelPredictor::predict(Vec2 jitter) {
     ocl::checked("predict kernels", [&] {
         cl_command_queue queue = context_.queue()();
-        context_.queue().enqueueWriteBuffer(jitter_, CL_TRUE, 0, sizeof(jitter), &jitter);
+        // A fill takes its value along, so that nothing waits for the queue.
+        context_.queue().enqueueFillBuffer(jitter_, cl_float2{{jitter.x, jitter.y}}, 0, sizeof(cl_float2));
         const cl::Buffer* input = &jitter_;
         for (Layer& layer : layers_) {
             context_.queue().enqueueCopyBuffer(layer.biases, layer.result, 0, 0, layer.out * sizeof(float));

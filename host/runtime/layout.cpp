@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
+
+#include "base/error.h"
 
 namespace clarus::runtime {
 namespace {
@@ -68,10 +71,15 @@ class Placer {
         const graph::Shape& shape = graph_.shape(value);
         const Storage storage = storage_of(graph_, value, images_);
         const int stride = round_up(shape.channels, kCellAlignment);
-        const size_t elements = static_cast<size_t>(shape.height) * shape.width * stride + kSlack;
-        memories_.push_back({elements * bytes_of(storage)});
-        return {
-            static_cast<int>(memories_.size()) - 1, storage, shape.width, shape.height, shape.channels, 1, stride, 0};
+        const TensorLayout layout{
+            static_cast<int>(memories_.size()), storage, shape.width, shape.height, shape.channels, 1, stride, 0};
+        const size_t bytes = memory_bytes(layout);
+        if (bytes / bytes_of(storage) > std::numeric_limits<int>::max())
+            fail(ErrorKind::invalid_argument,
+                 "{} channels of {}x{} pixels are more than a kernel can count; take a smaller size", shape.channels,
+                 shape.width, shape.height);
+        memories_.push_back({bytes});
+        return layout;
     }
 
     std::optional<Conflict> place_inputs(Value value) {

@@ -1,6 +1,7 @@
 #include "runtime/tuner.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 
 #include "base/log.h"
 #include "cl/error.h"
+#include "clarus/error.h"
 #include "runtime/launch.h"
 
 namespace clarus::runtime {
@@ -127,12 +129,19 @@ Selection Tuner::measure(const Problem& problem) {
     std::optional<Selection> best;
     double best_seconds = 0;
     for (const Selection& candidate : candidates) {
-        const double seconds = shortest_run(scratch, problem, candidate);
+        double seconds = 0;
+        try {
+            seconds = shortest_run(scratch, problem, candidate);
+        } catch (const Error& error) {
+            log(LogLevel::debug, "{}: {} cannot run here: {}", problem.node.name, candidate.describe(), error.what());
+            continue;
+        }
         log(LogLevel::debug, "{}: {} takes {:.3f} ms", problem.node.name, candidate.describe(), 1e3 * seconds);
         if (best && seconds >= best_seconds) continue;
         best = candidate;
         best_seconds = seconds;
     }
+    if (!best) return built_in_selection(problem, context_.profile());
     results_[key_of(problem)] = {best->implementation->name, best->choices, best_seconds};
     store();
     return *best;
@@ -161,7 +170,7 @@ void Tuner::store() const {
     std::error_code ignored;
     const std::filesystem::path path = path_;
     std::filesystem::create_directories(path.parent_path(), ignored);
-    const std::filesystem::path partial = path_ + ".partial";
+    const std::filesystem::path partial = fmt::format("{}.{}.partial", path_, getpid());  // two processes may store
     std::ofstream file(partial);
     file << document.dump(2) << '\n';
     file.close();

@@ -67,7 +67,14 @@ Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::ma
 void Weights::select(Vec2 jitter) {
     if (!sets_) return;
     const JitterSets::Selection selection = sets_->select(jitter);
-    if (selection.compute) compute(jitter, selection.set);
+    if (selection.compute) {
+        try {
+            compute(jitter, selection.set);
+        } catch (...) {
+            sets_->forget(selection.set);
+            throw;
+        }
+    }
     current_set_ = selection.set;
 }
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
@@ -29,14 +31,40 @@ struct Widths {
     int outputs;   // of the last: 5s²
 };
 
+/// Whether the model has any tensor of a group, and then it must have all of them: `require` says which is missing.
+bool has_any(const io::Safetensors& model, std::string_view prefix) {
+    return std::any_of(model.tensors().begin(), model.tensors().end(),
+                       [&](const auto& entry) { return entry.first.starts_with(prefix); });
+}
+
+bool has_table(const io::Safetensors& model) {
+    return has_any(model, "first.") || has_any(model, "last.") || has_any(model, "jitter");
+}
+
+/// An extent that the model chooses.
+int chosen_extent(const io::Safetensors& model, const std::string& tensor, int64_t extent) {
+    constexpr int64_t kLargest = 1 << 12;
+    if (extent < 1 || extent > kLargest)
+        fail(ErrorKind::file, "{}: tensor {} has an extent of {}; from 1 to {} are possible", model.path().string(),
+             tensor, extent, kLargest);
+    return static_cast<int>(extent);
+}
+
 Widths read_widths(const io::Safetensors& model, int scale) {
     Widths widths{0, 0, 6 + 4 * scale * scale, 5 * scale * scale};
-    if (model.has("first.weight"))
-        widths.features = static_cast<int>(
-            model.require("first.weight", std::array<int64_t, 5>{kAny, kAny, widths.inputs, 3, 3}).shape[1]);
-    else
+    if (has_table(model)) {
+        const io::Tensor& first =
+            model.require("first.weight", std::array<int64_t, 5>{kAny, kAny, widths.inputs, 3, 3});
+        chosen_extent(model, "first.weight", first.shape[0]);
+        widths.features = chosen_extent(model, "first.weight", first.shape[1]);
+    } else {
         widths.features = model.require_integer("features", 1, 1 << 12);
-    while (model.has("body." + std::to_string(widths.body) + ".weight")) ++widths.body;
+    }
+    // As many layers as there are tensors for, so that a gap in their numbers is a layer that is missing.
+    const auto is_body = [](const auto& entry) {
+        return entry.first.starts_with("body.") && entry.first.ends_with(".weight");
+    };
+    widths.body = static_cast<int>(std::count_if(model.tensors().begin(), model.tensors().end(), is_body));
     return widths;
 }
 
@@ -61,6 +89,8 @@ std::vector<Vec2> read_table(const io::Safetensors& model, int sets) {
     std::vector<Vec2> table;
     if (sets == 0 || (sets == 1 && !model.has("jitter"))) return table;
     const std::vector<float> values = model.require("jitter", std::array<int64_t, 2>{sets, 2}).floats();
+    if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+        fail(ErrorKind::file, "{}: tensor jitter holds a value that is not finite", model.path().string());
     for (int set = 0; set < sets; ++set) table.push_back({values[2 * set], values[2 * set + 1]});
     return table;
 }
@@ -68,13 +98,13 @@ std::vector<Vec2> read_table(const io::Safetensors& model, int sets) {
 std::vector<graph::DenseLayer> read_predictor(const io::Safetensors& model, int outputs) {
     constexpr int kLayers = 7;
     std::vector<graph::DenseLayer> layers;
-    if (!model.has("mlp.0.weight")) return layers;
+    if (!has_any(model, "mlp.")) return layers;
     int64_t in = 2;
     for (int index = 0; index < kLayers; ++index) {
         const std::string name = "mlp." + std::to_string(index);
         const int64_t expected = index + 1 < kLayers ? kAny : outputs;
         const io::Tensor& weight = model.require(name + ".weight", std::array<int64_t, 2>{expected, in});
-        const int64_t out = weight.shape[0];
+        const int64_t out = index + 1 < kLayers ? chosen_extent(model, name + ".weight", weight.shape[0]) : outputs;
         const io::Tensor& bias = model.require(name + ".bias", std::array<int64_t, 1>{out});
         layers.push_back({static_cast<int>(out), static_cast<int>(in), weight.floats(), bias.floats()});
         in = out;
@@ -83,7 +113,7 @@ std::vector<graph::DenseLayer> read_predictor(const io::Safetensors& model, int 
 }
 
 int table_sets(const io::Safetensors& model) {
-    if (!model.has("first.weight")) return 0;
+    if (!has_table(model)) return 0;
     return static_cast<int>(model.tensors().at("first.weight").shape[0]);
 }
 
