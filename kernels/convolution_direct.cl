@@ -1,6 +1,6 @@
 // 3×3 convolution in register tiles, for devices with wide vectors: a work-item stages the input of ROWS rows of PIXELS
 // output pixels, zero outside the image, and keeps GROUP blocks of sixteen channels of one row's pixels in registers. A
-// step of the innermost loop is GROUP loads of weights, PIXELS broadcasts of an input, and PIXELS · GROUP multiply–adds.
+// step of the innermost loop is GROUP loads of weights, PIXELS broadcasts of an input, PIXELS · GROUP multiply–adds.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, ROWS, GROUP, WG_X, WG_Y (both 1: staging is not shared).
 // Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉).

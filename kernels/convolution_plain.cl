@@ -1,5 +1,5 @@
-// 3×3 convolution as it is defined: a work-item for each pixel, sums over taps and channels one after the other. The other
-// variants are tested against it. Its input may be stored in blocks.
+// 3×3 convolution as it is defined: a work-item for each pixel, sums over taps and channels one after the other. Its
+// input may be stored in blocks.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, WG_X, WG_Y. Work-items: (width, height).
 // A set of packed weights takes COUT · (1 + 9 · CIN) floats: biases, then weights OIHW.

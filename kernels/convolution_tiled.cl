@@ -1,7 +1,7 @@
-// 3×3 convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages the
-// tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that neighbouring
+// 3×3 convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages
+// the tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that neighbouring
 // work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the same for all
-// work-items at any time, which a device may read once for them together.
+// work-items at any time, so that a device may read them once for all.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y. Work-items:
 // (⌈width / PIXELS⌉, height).

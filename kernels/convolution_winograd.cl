@@ -1,6 +1,6 @@
 // 3×3 convolution by Winograd's F(4×4, 3×3), the three steps fused: a work-item takes a strip of TILES tiles of 4×4
-// output pixels, transforms their 6×6 input patches into local memory, multiplies each of the 36 points by its matrix of
-// weights, and transforms the products back. 2.25 multiplications a pixel and channel pair in place of 9. The largest
+// output pixels, transforms their 6×6 input patches into local memory, multiplies each of the 36 points by its matrix
+// of weights, and transforms the products back. 2.25 multiplications a pixel and channel pair in place of 9. The largest
 // error is about 10⁻⁵ of the largest output; a value that is not finite spreads over its tile.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, TILES (a multiple of 4), GROUP (blocks of sixteen output channels
@@ -22,8 +22,8 @@
 #define PASSES ((OUT_BLOCKS + GROUP - 1) / GROUP + OUT_QUAD)
 #define LINE (64 / (int)sizeof(storage))
 
-// Floats of one point: of the patches as [block][tile][16] then [tile][REST_LANES], of the products as [block][tile][16].
-// An odd number of 64-byte lines, so that the 36 points of a tile fall into different cache sets.
+// Floats of one point: of the patches as [block][tile][16] then [tile][REST_LANES], of the products as
+// [block][tile][16]. An odd number of 64-byte lines, so that the 36 points of a tile fall into different cache sets.
 #define ODD_LINES(floats) (((floats) + 15) / 16 / 2 * 32 + 16)
 #define PATCH_POINT ODD_LINES(TILES * (16 * WHOLE + (REST ? REST_LANES : 0)))
 
@@ -129,8 +129,8 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
         for (int t = 0; t < TILES; ++t) ((local float16*)product)[o * TILES + t] = sum[o][t];
 }
 
-// The same for the quad of output channels left over: lanes are four input channels × four output channels while summing,
-// four tiles × four output channels in the product.
+// The same for the quad of output channels left over: lanes are four input channels × four output channels while
+// summing, four tiles × four output channels in the product.
 INLINE void multiply_quad(local const float* patch, global const float* weights, local float* product) {
     float16 sum[TILES];
 #pragma unroll
@@ -203,8 +203,8 @@ INLINE void finish_quads(local const float* product, global const float* bias, g
     }
 }
 
-// Ahead of its use, a share of the memory that comes next: in each of the 36 · PASSES products, some of the four new rows
-// of the strip below and some of the pixels that this pass will write.
+// Ahead of its use, a share of the memory that comes next: in each of the 36 · PASSES products, some of the four new
+// rows of the strip below and some of the pixels that this pass will write.
 INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int pass, int k, int block,
                            int blocks) {
     const int row_lines = ((4 * TILES + 2) * IN_STRIDE * sizeof(storage) + 63) / 64;
@@ -228,8 +228,8 @@ INLINE void run_pass(global const storage* in, local const float* patches, globa
     const int block = pass * GROUP;
     for (int k = 0; k < 36; ++k) {
         prefetch_share(in, out, x, y, pass, k, block, blocks);
-        multiply(patches + k * PATCH_POINT, weights + 16 * CIN * (36 * block + k * blocks), products + k * PRODUCT_POINT,
-                 blocks);
+        multiply(patches + k * PATCH_POINT, weights + 16 * CIN * (36 * block + k * blocks),
+                 products + k * PRODUCT_POINT, blocks);
     }
     for (int o = 0; o < blocks; ++o)
         for (int t = 0; t < tiles; ++t)
