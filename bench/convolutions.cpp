@@ -51,7 +51,8 @@ std::vector<Item> convolution_items(const Device& device) {
         problem.output = layout;
         problem.parameters = &parameters;
         for (const Implementation& implementation : implementations(problem.node)) {
-            if (implementation.preference(problem, device.profile()) == 0) continue;
+            // The obvious one is there to be right.
+            if (implementation.preference(problem, device.profile()) <= 1) continue;
             const Selection selection{&implementation, implementation.choices(problem, device.profile()).front()};
             items.push_back(item(device, problem, selection, channels));
         }

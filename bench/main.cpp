@@ -38,6 +38,7 @@ class Record : public benchmark::BenchmarkReporter {
 void enroll(const std::string& name, int repetitions, std::function<double()> run) {
     benchmark::RegisterBenchmark(name.c_str(),
                                  [run = std::move(run)](benchmark::State& state) {
+                                     run();  // after something else's turn: wakes threads and fills caches
                                      for ([[maybe_unused]] auto turn : state) state.SetIterationTime(run());
                                  })
         ->UseManualTime()

@@ -25,7 +25,7 @@ Item copy_item(const Device& device);
 /// installed.
 double clpeak_peak(const Device& device);
 
-/// Every convolution implementation with its built-in choices, 3×3 at 960×540.
+/// Every convolution implementation but the obvious one, with its built-in choices, 3×3 at 960×540.
 std::vector<Item> convolution_items(const Device& device);
 
 /// A network's frame at 1920×1080 output, images on the device. Its weights are random: time does not depend on them.
