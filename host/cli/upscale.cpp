@@ -208,7 +208,7 @@ void add_upscale_command(CLI::App& app) {
     add_choice<Precision, Precision>(
         command, "--precision", options->precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
-        "fp32 unless told; auto is fp16 where the device computes in half");
+        "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
     add_choice<Tuning, Tuning>(command, "--tuning", options->tuning,
                                {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
                                "Choose kernels by what was measured before, by measuring now, or by fixed rules");

@@ -40,8 +40,8 @@ struct Image {
     bool empty() const { return !host && !buffer; }
 };
 
-/// How intermediates are stored and computed. `fp16` stores half and computes in half where the device can, else in
-/// float; `automatic` takes fp16 where the device computes in half natively, else fp32.
+/// How intermediates are stored; sums are made in float. `automatic` takes fp16 where the device has half arithmetic, a
+/// sign that it likes halves, else fp32.
 enum class Precision { fp32, fp16, automatic };
 
 /// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in
