@@ -84,8 +84,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
     global const float* weights = bias + 16 * OUT_BLOCKS;
     stage(in, x - 1, y - 1, patch);
     int block = 0;
-    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
-        convolve(in, patch, bias, weights, out, x, y, block, GROUP);
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(in, patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
 

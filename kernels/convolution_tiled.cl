@@ -1,7 +1,7 @@
 // 3×3 convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages
-// the tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that neighbouring
-// work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the same for all
-// work-items at any time, so that a device may read them once for all.
+// the tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that
+// neighbouring work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the
+// same for all work-items at any time, so that a device may read them once for all.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y. Work-items:
 // (⌈width / PIXELS⌉, height).
@@ -17,8 +17,7 @@ INLINE void stage(global const storage* in, int x, int y, int first, local float
     const int item = (int)get_local_id(1) * WG_X + (int)get_local_id(0);
     for (int i = item; i < CHUNK / 4 * PLANE; i += WG_X * WG_Y) {
         const int c = 4 * (i / PLANE), px = x + i % PLANE % PATCH_WIDTH, py = y + i % PLANE / PATCH_WIDTH;
-        const float4 v =
-            INSIDE(IN, px, py) && first + c < CIN ? LOAD4(in, AT(IN, px, py, first + c)) : (float4)(0);
+        const float4 v = INSIDE(IN, px, py) && first + c < CIN ? LOAD4(in, AT(IN, px, py, first + c)) : (float4)(0);
         local float* to = patch + c * PLANE + i % PLANE;
         to[0] = v.s0;
         to[PLANE] = v.s1;

@@ -1,7 +1,7 @@
 // 3×3 convolution by Winograd's F(4×4, 3×3), the three steps fused: a work-item takes a strip of TILES tiles of 4×4
 // output pixels, transforms their 6×6 input patches into local memory, multiplies each of the 36 points by its matrix
-// of weights, and transforms the products back. 2.25 multiplications a pixel and channel pair in place of 9. The largest
-// error is about 10⁻⁵ of the largest output; a value that is not finite spreads over its tile.
+// of weights, and transforms the products back. 2.25 multiplications a pixel and channel pair in place of 9. The
+// largest error is about 10⁻⁵ of the largest output; a value that is not finite spreads over its tile.
 //
 // Options: CIN, COUT, ACTIVATION, layouts IN and OUT, TILES (a multiple of 4), GROUP (blocks of sixteen output channels
 // multiplied at once), WG_X, WG_Y (both 1: scratch is not shared). Work-items: (tile rows, strips), which is
@@ -25,7 +25,7 @@
 // Floats of one point: of the patches as [block][tile][16] then [tile][REST_LANES], of the products as
 // [block][tile][16]. An odd number of 64-byte lines, so that the 36 points of a tile fall into different cache sets.
 #define ODD_LINES(floats) (((floats) + 15) / 16 / 2 * 32 + 16)
-#define PATCH_POINT ODD_LINES(TILES * (16 * WHOLE + (REST ? REST_LANES : 0)))
+#define PATCH_POINT ODD_LINES(TILES*(16 * WHOLE + (REST ? REST_LANES : 0)))
 
 // A single pass's products may take the place of the patches, so that less cache is used.
 #define IN_PLACE (PASSES == 1 && CIN >= 16 * OUT_BLOCKS)
@@ -147,14 +147,13 @@ INLINE void multiply_quad(local const float* patch, global const float* weights,
     }
     for (int c = 0; c < REST; ++c, weights += 16)
 #pragma unroll
-        for (int t = 0; t < TILES; ++t)
-            sum[t] = MAD((float16)(patch[REST_LANES * t + c]), vload16(0, weights), sum[t]);
+        for (int t = 0; t < TILES; ++t) sum[t] = MAD((float16)(patch[REST_LANES * t + c]), vload16(0, weights), sum[t]);
 #pragma unroll
     for (int t = 0; t < TILES; t += 4) {
         const float16 ab = (float16)(sum[t].lo, sum[t + 1].lo) + (float16)(sum[t].hi, sum[t + 1].hi);
         const float16 cd = (float16)(sum[t + 2].lo, sum[t + 3].lo) + (float16)(sum[t + 2].hi, sum[t + 3].hi);
-        ((local float16*)product)[t / 4] = (float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab) +
-                                           (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef);
+        ((local float16*)product)[t / 4] =
+            (float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab) + (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef);
     }
 }
 
@@ -247,9 +246,10 @@ INLINE void run_quad_pass(global const storage* in, local const float* patches, 
     for (int t = 0; t < tiles; t += 4) finish_quads(products + 4 * t, bias, out, x + 4 * t, y);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    global const storage* restrict in, global const float* restrict packed, global storage* restrict out,
-    uint packed_offset) {
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
+                                                                             global const float* restrict packed,
+                                                                             global storage* restrict out,
+                                                                             uint packed_offset) {
     local float patches[36 * PATCH_POINT] __attribute__((aligned(64)));
 #if IN_PLACE
     local float* products = patches;

@@ -1,5 +1,5 @@
-// The device's multiply–add peak: CHAINS independent accumulators of LANES floats in each work-item, so that a sweep over
-// both finds how many of them hide the latency. Every work-item does 2 · LANES · CHAINS · rounds operations.
+// The device's multiply–add peak: CHAINS independent accumulators of LANES floats in each work-item, so that a sweep
+// over both finds how many of them hide the latency. Every work-item does 2 · LANES · CHAINS · rounds operations.
 //
 // Options: LANES (1, 2, 4, 8, 16), CHAINS, WG_X.
 
@@ -14,7 +14,7 @@ typedef JOIN(float, LANES) lanes;
 #endif
 
 kernel __attribute__((reqd_work_group_size(WG_X, 1, 1))) void peak(global float* out, float factor, float term,
-                                                                  uint rounds) {
+                                                                   uint rounds) {
     const size_t item = get_global_id(0);
     lanes chain[CHAINS];
 #pragma unroll

@@ -34,7 +34,7 @@ struct Parameters {
     int out_channels = 0;
     int in_channels = 0;
     int sets = 1;
-    bool conditioned = false;    // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
+    bool conditioned = false;         // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
     std::vector<float> weights = {};  // [sets][out][in][3][3]
     std::vector<float> biases = {};   // [sets][out]
 

@@ -148,8 +148,8 @@ class Upscaler {
     };
     View view(const std::string& name) const;
 
-    /// The most that a frame's jitter was away from the nearest jitter that the model has kernels for, in render pixels.
-    /// Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels").
+    /// The most that a frame's jitter was away from the nearest jitter that the model has kernels for, in render
+    /// pixels. Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels").
     double largest_jitter_distance() const;
 
     /// Stages with their times since the last call; empty unless options.profile.
