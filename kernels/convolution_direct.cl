@@ -29,9 +29,23 @@ INLINE void stage(global const storage* in, int x, int y, local float* patch) {
     }
 }
 
+// Ahead of its use, with each of the nine taps a share of what comes next: the pixels of the next row that will be
+// written, and once for all blocks, a new row of the strip below.
+INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int tap, int block, int blocks) {
+    const int lines = ((PIXELS + 2) * IN_STRIDE / LINE + 9) / 9, pixels = (PIXELS + 8) / 9;
+    global const storage* below = in + AT(IN, x - 1, min(y + ROWS + 1, IN_HEIGHT - 1), 0) + tap * lines * LINE;
+    if (block == 0)
+#pragma unroll
+        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);
+    global storage* first = out + AT(OUT, x + tap * pixels, y + 1, 16 * block);
+#pragma unroll
+    for (int p = 0; p < pixels; ++p)
+        for (int c = 0; c < 16 * blocks; c += LINE) PREFETCH_TO_WRITE(first + p * OUT_STRIDE + c);
+}
+
 // `blocks` blocks of sixteen channels, from `block` on, of the pixels from (x, y) on whose input is `patch`.
-INLINE void convolve_row(local const float* patch, global const float* bias, global const float* weights,
-                         global storage* out, int x, int y, int block, int blocks) {
+INLINE void convolve_row(global const storage* in, local const float* patch, global const float* bias,
+                         global const float* weights, global storage* out, int x, int y, int block, int blocks) {
     float16 sum[PIXELS][GROUP];
 #pragma unroll
     for (int p = 0; p < PIXELS; ++p)
@@ -39,6 +53,7 @@ INLINE void convolve_row(local const float* patch, global const float* bias, glo
         for (int o = 0; o < blocks; ++o) sum[p][o] = vload16(block + o, bias);
     for (int ky = 0; ky < 3; ++ky) {
         for (int kx = 0; kx < 3; ++kx) {
+            prefetch_share(in, out, x, y, 3 * ky + kx, block, blocks);
             local const float* tap = patch + ky * PATCH_ROW + kx * CHANNELS;
             for (int c = 0; c < CIN; ++c, weights += 16 * blocks)
 #pragma unroll
@@ -57,21 +72,10 @@ INLINE void convolve_row(local const float* patch, global const float* bias, glo
                                AT(OUT, x + p, y, 16 * (block + o)));
 }
 
-// Ahead of their use: the pixels that come next, and in the strip below, a new row.
-INLINE void prefetch_row(global const storage* in, global storage* out, int x, int y, int block, int blocks) {
-    global const storage* below = in + AT(IN, x, min(y + ROWS + 1, IN_HEIGHT - 1), 0);
-    if (block == 0)
-        for (int i = 0; i < PIXELS * IN_STRIDE; i += LINE) PREFETCH(below + i);
-    for (int p = 0; p < PIXELS; ++p)
-        for (int c = 0; c < 16 * blocks; c += LINE) PREFETCH_TO_WRITE(out + AT(OUT, x + p, y, 16 * block + c));
-}
-
 INLINE void convolve(global const storage* in, local const float* patch, global const float* bias,
                      global const float* weights, global storage* out, int x, int y, int block, int blocks) {
-    for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r) {
-        prefetch_row(in, out, x, y + r, block, blocks);
-        convolve_row(patch + r * PATCH_ROW, bias, weights + block * 16 * 9 * CIN, out, x, y + r, block, blocks);
-    }
+    for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r)
+        convolve_row(in, patch + r * PATCH_ROW, bias, weights + block * 16 * 9 * CIN, out, x, y + r, block, blocks);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
@@ -84,7 +88,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
     global const float* weights = bias + 16 * OUT_BLOCKS;
     stage(in, x - 1, y - 1, patch);
     int block = 0;
-    for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(in, patch, bias, weights, out, x, y, block, GROUP);
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
+        convolve(in, patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
 
