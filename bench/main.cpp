@@ -35,6 +35,9 @@ class Record : public benchmark::BenchmarkReporter {
     std::map<std::string, std::vector<double>> seconds_;
 };
 
+// One after the other, because a single run after a pause is one of a core that has just been woken.
+constexpr int kRunsATurn = 4;
+
 void enroll(const std::string& name, int repetitions, std::function<double()> run) {
     benchmark::RegisterBenchmark(name.c_str(),
                                  [run = std::move(run)](benchmark::State& state) {
@@ -42,7 +45,7 @@ void enroll(const std::string& name, int repetitions, std::function<double()> ru
                                      for ([[maybe_unused]] auto turn : state) state.SetIterationTime(run());
                                  })
         ->UseManualTime()
-        ->Iterations(1)
+        ->Iterations(kRunsATurn)
         ->Repetitions(repetitions);
 }
 

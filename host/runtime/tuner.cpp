@@ -18,7 +18,8 @@
 namespace clarus::runtime {
 namespace {
 
-constexpr int kRuns = 5;  // measured runs of a candidate, after one that is not; the shortest counts
+constexpr int kRuns = 5;         // of a candidate after its first; the shortest counts
+constexpr double kHopeless = 4;  // times the best so far
 
 std::string describe_choices(const Choices& choices) {
     std::string text;
@@ -48,7 +49,8 @@ cl::Buffer zeros(ocl::Context& context, size_t bytes) {
     return buffer;
 }
 
-double shortest_run(ocl::Context& context, const Problem& problem, const Selection& selection) {
+/// Gives up after one run where that takes many times `best`, if there is one yet.
+double shortest_run(ocl::Context& context, const Problem& problem, const Selection& selection, double best) {
     const Lowered lowered = selection.lower(problem);
     return ocl::checked("measure " + selection.describe(), [&] {
         Bindings bindings;
@@ -58,16 +60,17 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
 
         Launch launch(context, lowered.call);
         launch.bind(bindings);
-        launch.enqueue(context.queue());
-        cl_ulong shortest = ~cl_ulong(0);
-        for (int run = 0; run < kRuns; ++run) {
+        const auto seconds = [&] {
             cl::Event event;
             launch.enqueue(context.queue(), &event);
             event.wait();
-            shortest = std::min(shortest, event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+            return 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                               event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-        }
-        return 1e-9 * static_cast<double>(shortest);
+        };
+        double shortest = seconds();
+        if (best > 0 && shortest > kHopeless * best) return shortest;
+        for (int run = 0; run < kRuns; ++run) shortest = std::min(shortest, seconds());
+        return shortest;
     });
 }
 
@@ -131,7 +134,7 @@ Selection Tuner::measure(const Problem& problem) {
     for (const Selection& candidate : candidates) {
         double seconds = 0;
         try {
-            seconds = shortest_run(scratch, problem, candidate);
+            seconds = shortest_run(scratch, problem, candidate, best_seconds);
         } catch (const Error& error) {
             log(LogLevel::debug, "{}: {} cannot run here: {}", problem.node.name, candidate.describe(), error.what());
             continue;

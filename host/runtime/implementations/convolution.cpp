@@ -97,7 +97,7 @@ std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile&
         int pixels, group;
     };
     const std::vector<RegisterTile> register_tiles = blocks_of(problem) == 1
-                                                         ? std::vector<RegisterTile>{{20, 1}, {16, 1}}
+                                                         ? std::vector<RegisterTile>{{16, 1}, {20, 1}}
                                                          : std::vector<RegisterTile>{{12, 2}, {10, 2}};
     const size_t channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
     std::vector<Choices> result;
