@@ -2,6 +2,7 @@
 
 #include "bench/suite.h"
 #include "cl/context.h"
+#include "cl/event.h"
 #include "runtime/launch.h"
 #include "runtime/tuner.h"
 
@@ -31,9 +32,7 @@ Item item(const Device& device, const Problem& problem, const Selection& selecti
             2.0 * 9 * channels * channels * kSize.width * kSize.height, 0, [&context, launch, bindings] {
                 cl::Event event;
                 launch->enqueue(context.queue(), &event);
-                event.wait();
-                return 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                                  event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+                return ocl::seconds_of(event);
             }};
 }
 

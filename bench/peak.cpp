@@ -7,18 +7,13 @@
 
 #include "bench/suite.h"
 #include "cl/context.h"
+#include "cl/event.h"
 
 namespace clarus::bench {
 namespace {
 
 constexpr cl_uint kRounds = 20000;
 constexpr size_t kCopyBytes = size_t(256) << 20;  // more than any cache
-
-double seconds_of(const cl::Event& event) {
-    event.wait();
-    return 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                      event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-}
 
 }  // namespace
 
@@ -44,7 +39,7 @@ std::vector<Item> peak_items(const Device& device) {
                                   cl::Event event;
                                   context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items),
                                                                        cl::NDRange(group), nullptr, &event);
-                                  return seconds_of(event);
+                                  return ocl::seconds_of(event);
                               }});
         }
     }
@@ -67,7 +62,7 @@ Item copy_item(const Device& device) {
                 cl::Event event;
                 context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(1), nullptr,
                                                      &event);
-                return seconds_of(event);
+                return ocl::seconds_of(event);
             }};
 }
 

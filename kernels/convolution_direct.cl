@@ -31,7 +31,8 @@ INLINE void stage(global const storage* in, int x, int y, local float* patch) {
 
 // Ahead of its use, with each of the nine taps a share of what comes next: the pixels of the next row that will be
 // written, and once for all blocks, a new row of the strip below.
-INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int tap, int block, int blocks) {
+INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int tap, int block,
+                           int blocks) {
     const int lines = ((PIXELS + 2) * IN_STRIDE / LINE + 9) / 9, pixels = (PIXELS + 8) / 9;
     global const storage* below = in + AT(IN, x - 1, min(y + ROWS + 1, IN_HEIGHT - 1), 0) + tap * lines * LINE;
     if (block == 0)
@@ -88,8 +89,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
     global const float* weights = bias + 16 * OUT_BLOCKS;
     stage(in, x - 1, y - 1, patch);
     int block = 0;
-    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
-        convolve(in, patch, bias, weights, out, x, y, block, GROUP);
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(in, patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
 

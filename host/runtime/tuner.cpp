@@ -12,6 +12,7 @@
 
 #include "base/log.h"
 #include "cl/error.h"
+#include "cl/event.h"
 #include "clarus/error.h"
 #include "runtime/launch.h"
 
@@ -63,9 +64,7 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
         const auto seconds = [&] {
             cl::Event event;
             launch.enqueue(context.queue(), &event);
-            event.wait();
-            return 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                              event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+            return ocl::seconds_of(event);
         };
         double shortest = seconds();
         if (best > 0 && shortest > kHopeless * best) return shortest;
