@@ -16,10 +16,10 @@
 #include "cli/commands.h"
 #include "io/file.h"
 #include "io/sequence.h"
-#include "render/camera_path.h"
-#include "render/demo_scene.h"
 #include "render/renderer.h"
 #include "render/sequence_writer.h"
+#include "render/worlds/camera_path.h"
+#include "render/worlds/demo_scene.h"
 #include "temporary_folder.h"
 
 using namespace clarus;

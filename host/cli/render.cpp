@@ -10,10 +10,10 @@
 #include "clarus/jitter.h"
 #include "cli/commands.h"
 #include "cli/progress.h"
-#include "render/camera_path.h"
-#include "render/demo_scene.h"
 #include "render/renderer.h"
 #include "render/sequence_writer.h"
+#include "render/worlds/camera_path.h"
+#include "render/worlds/demo_scene.h"
 
 namespace clarus::cli {
 namespace {

@@ -22,6 +22,7 @@ struct RenderSettings {
 struct FrameState {
     CameraPose camera, previous_camera;
     double seconds = 0, previous_seconds = 0;  // of the moving objects
+    bool cut = false;                          // nothing is seen that was seen before: the frame resets
 };
 
 struct RenderedFrame {

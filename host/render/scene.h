@@ -20,7 +20,14 @@ struct Material {
     float mirror = 0;     // share of the sky that is mirrored looking straight on (Schlick)
     bool cutout = false;  // nothing where the texture's alpha is below ½; lit from both sides, as leaves are
     float emission = 0;   // of its own light, in its own colour
+    // Glass, smoke, sparks: laid over what is behind by the texture's alpha times `opacity`, after everything opaque,
+    // as engines do. Depth and motion are those of what is behind.
+    bool blended = false;
+    float opacity = 1;
 };
+
+/// A user interface's colour (display-encoded) and alpha at a place in [0, 1)² of the image.
+using Overlay = std::function<Rgba(Imath::V2f place)>;
 
 /// Light from far away. Radiance where a white surface in full sun is about 1.
 struct Environment {
@@ -71,6 +78,7 @@ class Scene {
     const Material& material(int index) const { return materials_[static_cast<size_t>(index)]; }
 
     Environment environment;
+    Overlay overlay;  // over everything, without depth or motion; may be empty
 
   private:
     void build_part(Part& part);

@@ -1,4 +1,4 @@
-#include "render/procedural.h"
+#include "render/worlds/procedural.h"
 
 #include <algorithm>
 #include <array>

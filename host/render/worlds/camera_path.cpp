@@ -1,4 +1,4 @@
-#include "render/camera_path.h"
+#include "render/worlds/camera_path.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "render/demo_scene.h"
+#include "render/worlds/demo_scene.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "render/procedural.h"
-#include "render/props.h"
+#include "render/worlds/procedural.h"
+#include "render/worlds/props.h"
 
 namespace clarus::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/props.h"
+#include "render/worlds/props.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "render/procedural.h"
+#include "render/worlds/procedural.h"
 
 namespace clarus::render {
 namespace {

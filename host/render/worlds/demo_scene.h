@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "render/camera_path.h"
+#include "render/worlds/camera_path.h"
 #include "render/scene.h"
 
 namespace clarus::render {
