@@ -8,6 +8,7 @@ namespace {
 
 using Imath::V2f;
 using Imath::V3f;
+using Imath::V4f;
 
 V3f mix(const V3f& a, const V3f& b, float t) { return a + (b - a) * t; }
 
@@ -24,9 +25,9 @@ V3f sky_gradient(const Environment& environment, float height) {
 
 /// The texture's mean over the ellipse in which the beam of a sample cuts the surface: `taps` trilinear lookups along
 /// its long side.
-V3f filtered(const Texture& texture, V2f uv, V2f along, V2f across, const TextureFilter& filter) {
-    const float size = static_cast<float>(texture.size());
-    float long_side = along.length() * size, short_side = across.length() * size;
+V4f filtered(const Texture& texture, V2f uv, V2f along, V2f across, const TextureFilter& filter) {
+    const V2f size = texture.size();
+    float long_side = (along * size).length(), short_side = (across * size).length();
     if (short_side > long_side) {
         std::swap(along, across);
         std::swap(long_side, short_side);
@@ -36,7 +37,7 @@ V3f filtered(const Texture& texture, V2f uv, V2f along, V2f across, const Textur
     const float texels = std::max(short_side, long_side / static_cast<float>(taps));
     const float level = std::log2(std::max(texels, 1e-6f)) + filter.level_bias;
     if (taps == 1) return texture.sample(uv, level);
-    V3f sum(0);
+    V4f sum(0);
     for (int tap = 0; tap < taps; ++tap) {
         const float offset = (static_cast<float>(tap) + 0.5f) / static_cast<float>(taps) - 0.5f;
         sum += texture.sample(uv + along * offset, level);
@@ -75,8 +76,9 @@ Surface surface_at(const Scene& scene, const Hit& hit, const Ray& ray, const Tex
     surface.facet_normal = facet * hit.part->rotation * towards_viewer;
     V3f normal = interpolate(mesh.normals).normalized() * hit.part->rotation;
     surface.normal = (normal ^ surface.facet_normal) < 0 ? -normal : normal;
-    surface.albedo = material.tint * filtered(*material.texture, interpolate(mesh.uvs), {along ^ du, along ^ dv},
-                                              {across ^ du, across ^ dv}, filter);
+    const V4f texel = filtered(*material.texture, interpolate(mesh.uvs), {along ^ du, along ^ dv},
+                               {across ^ du, across ^ dv}, filter);
+    surface.albedo = material.tint * V3f(texel.x, texel.y, texel.z);
     return surface;
 }
 
@@ -119,7 +121,7 @@ V3f sky(const Environment& environment, const Ray& ray, const TextureFilter& fil
         constexpr float cloud_repeat = 5;
         const V2f uv = V2f(direction.x, direction.z) / (direction.y * cloud_repeat);
         const float width = ray.pixel_width / length * filter.sample_width / (direction.y * direction.y * cloud_repeat);
-        const float level = std::log2(width * static_cast<float>(environment.clouds->size())) + filter.level_bias;
+        const float level = std::log2(width * environment.clouds->size().x) + filter.level_bias;
         const float cover = environment.clouds->sample(uv, level).x * std::min(1.0f, 3 * (direction.y - 0.02f));
         radiance = mix(radiance, V3f(0.95f, 0.95f, 0.97f), cover);
     }
