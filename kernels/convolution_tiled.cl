@@ -3,22 +3,37 @@
 // neighbouring work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the
 // same for all work-items at any time, so that a device may read them once for all.
 //
-// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y. Work-items:
-// (⌈width / PIXELS⌉, height).
-// A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then [block][input channel][tap][16].
+// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y; HALF for products
+// and a chunk's sums in half, which STORE_HALF and the device must have. Sums over chunks are in float: 72 terms lose
+// little in half, 576 would lose a digit. Work-items: (⌈width / PIXELS⌉, height). A set of packed weights takes the
+// room of 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then operands as [block] [input channel][tap][16].
 
 #define OUT_BLOCKS ((COUT + 15) / 16)
 #define TILE_WIDTH (WG_X * PIXELS)
 #define PATCH_WIDTH (TILE_WIDTH + 2)
 #define PLANE ((WG_Y + 2) * PATCH_WIDTH)
 
+#ifdef HALF
+#pragma OPENCL EXTENSION cl_khr_fp16 : enable
+typedef half operand;
+typedef half4 operand4;
+typedef half16 operand16;
+#define LOAD_OPERAND4(p, i) vload4(0, (p) + (i))
+#else
+typedef float operand;
+typedef float4 operand4;
+typedef float16 operand16;
+#define LOAD_OPERAND4(p, i) LOAD4(p, i)
+#endif
+
 // The patch whose corner is at (x, y), channels from `first` on.
-INLINE void stage(global const storage* in, int x, int y, int first, local float* patch) {
+INLINE void stage(global const storage* in, int x, int y, int first, local operand* patch) {
     const int item = (int)get_local_id(1) * WG_X + (int)get_local_id(0);
     for (int i = item; i < CHUNK / 4 * PLANE; i += WG_X * WG_Y) {
         const int c = 4 * (i / PLANE), px = x + i % PLANE % PATCH_WIDTH, py = y + i % PLANE / PATCH_WIDTH;
-        const float4 v = INSIDE(IN, px, py) && first + c < CIN ? LOAD4(in, AT(IN, px, py, first + c)) : (float4)(0);
-        local float* to = patch + c * PLANE + i % PLANE;
+        const operand4 v =
+            INSIDE(IN, px, py) && first + c < CIN ? LOAD_OPERAND4(in, AT(IN, px, py, first + c)) : (operand4)(0);
+        local operand* to = patch + c * PLANE + i % PLANE;
         to[0] = v.s0;
         to[PLANE] = v.s1;
         to[2 * PLANE] = v.s2;
@@ -26,30 +41,46 @@ INLINE void stage(global const storage* in, int x, int y, int first, local float
     }
 }
 
+// Adds what `channels` channels of the patch contribute; `pixel` is the corner of the work-item's first pixel's taps.
+INLINE void add_chunk(local const operand* pixel, int channels, global const operand* weight, operand16* sum) {
+    for (int c = 0; c < channels; ++c)
+        for (int tap = 0; tap < 9; ++tap, weight += 16) {
+            const operand16 w = vload16(0, weight);
+            local const operand* v = pixel + c * PLANE + tap / 3 * PATCH_WIDTH + tap % 3;
+#pragma unroll
+            for (int p = 0; p < PIXELS; ++p) sum[p] = MAD((operand16)(v[p * WG_X]), w, sum[p]);
+        }
+}
+
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
                                                                              global const float* restrict packed,
                                                                              global storage* restrict out,
                                                                              uint packed_offset) {
-    local float patch[CHUNK * PLANE];
+    local operand patch[CHUNK * PLANE];
     const int tile_x = (int)get_group_id(0) * TILE_WIDTH, tile_y = (int)get_group_id(1) * WG_Y;
     const int lx = get_local_id(0), ly = get_local_id(1);
     global const float* bias = packed + packed_offset;
-    global const float* weight = bias + 16 * OUT_BLOCKS;
-    for (int block = 0; block < OUT_BLOCKS; ++block) {
+    global const operand* weights = (global const operand*)(bias + 16 * OUT_BLOCKS);
+    for (int block = 0; block < OUT_BLOCKS; ++block, weights += 16 * 9 * CIN) {
         float16 sum[PIXELS];
 #pragma unroll
         for (int p = 0; p < PIXELS; ++p) sum[p] = vload16(block, bias);
         for (int first = 0; first < CIN; first += CHUNK) {
+            const int channels = min(CHUNK, CIN - first);
+            global const operand* weight = weights + 16 * 9 * first;
             barrier(CLK_LOCAL_MEM_FENCE);
             stage(in, tile_x - 1, tile_y - 1, first, patch);
             barrier(CLK_LOCAL_MEM_FENCE);
-            for (int c = 0; c < min(CHUNK, CIN - first); ++c)
-                for (int tap = 0; tap < 9; ++tap, weight += 16) {
-                    const float16 w = vload16(0, weight);
-                    local const float* v = patch + c * PLANE + (ly + tap / 3) * PATCH_WIDTH + lx + tap % 3;
+#ifdef HALF
+            half16 part[PIXELS];
 #pragma unroll
-                    for (int p = 0; p < PIXELS; ++p) sum[p] = MAD((float16)(v[p * WG_X]), w, sum[p]);
-                }
+            for (int p = 0; p < PIXELS; ++p) part[p] = 0;
+            add_chunk(patch + ly * PATCH_WIDTH + lx, channels, weight, part);
+#pragma unroll
+            for (int p = 0; p < PIXELS; ++p) sum[p] += convert_float16(part[p]);
+#else
+            add_chunk(patch + ly * PATCH_WIDTH + lx, channels, weight, sum);
+#endif
         }
 #pragma unroll
         for (int p = 0; p < PIXELS; ++p) {
@@ -67,7 +98,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
     const int ci = get_global_id(0), co = get_global_id(1);
     packed += packed_offset;
     if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
-    packed += 16 * OUT_BLOCKS + (co / 16 * CIN + ci) * 144 + co % 16;
+    global operand* to = (global operand*)(packed + 16 * OUT_BLOCKS) + (co / 16 * CIN + ci) * 144 + co % 16;
     for (int tap = 0; tap < 9; ++tap)
-        packed[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
+        to[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
 }

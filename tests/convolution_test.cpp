@@ -100,7 +100,10 @@ void check_convolution(const Case& test, bool all_choices = false) {
     for (const int set : {0, 1}) {
         const Planes expected = expected_convolution(image, parameters, set, test.activation);
         visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
-            const float tolerance = implementation.name == "winograd" ? 5e-5f : 1e-5f;
+            // In half: sums below 2 are rounded to multiples of 2⁻¹⁰. Of the 198 roundings for 22 channels the standard
+            // deviation is 2⁻¹⁰ · √(198 / 12) = 0.004 at most; they are smaller where the sums are.
+            const bool half = choices.contains("HALF");
+            const float tolerance = half ? 1e-2f : implementation.name == "winograd" ? 5e-5f : 1e-5f;
             check_close(run_operator(problem, implementation, choices, {image}, {}, set), expected,
                         std::max(tolerance, storage_tolerance(test.storage)));
         });
@@ -135,6 +138,7 @@ TEST_CASE("convolutions between views, and stored in half") {
 TEST_CASE("every choice computes the same") {
     check_convolution({22, 52, {61, 11}}, true);
     check_convolution({16, 16, {61, 11}}, true);
+    check_convolution({22, 52, {61, 11}, graph::Activation::relu, Storage::f16}, true);
 }
 
 TEST_SUITE("small") {

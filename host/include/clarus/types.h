@@ -40,8 +40,9 @@ struct Image {
     bool empty() const { return !host && !buffer; }
 };
 
-/// How intermediates are stored; sums are made in float. `automatic` takes fp16 where the device has half arithmetic, a
-/// sign that it likes halves, else fp32.
+/// How intermediates are stored. With fp16, a device that has half arithmetic may be given convolutions that multiply
+/// in half, sums of more than 72 products staying in float; others compute in float. `automatic` takes fp16 where the
+/// device has half arithmetic, else fp32.
 enum class Precision { fp32, fp16, automatic };
 
 /// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in

@@ -62,15 +62,20 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 
 // --- tiled: staged in local memory by many work-items
 
-std::vector<Choices> tiled_choices(const Problem&, const DeviceProfile& profile) {
+std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
     constexpr int kChunk = 8;
+    const bool half = problem.inputs[0].storage == Storage::f16 && profile.half_arithmetic;
     std::vector<Choices> result;
-    for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
-        for (const int pixels_each : {4, 2}) {
-            const size_t patch = sizeof(float) * kChunk * (width * pixels_each + 2) * (height + 2);
-            const size_t work_items = static_cast<size_t>(width) * height;
-            if (patch <= profile.local_memory && work_items <= profile.max_work_group_size)
-                result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", kChunk}});
+    for (const size_t operand : half ? std::vector<size_t>{2, 4} : std::vector<size_t>{4}) {
+        for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
+            for (const int pixels_each : {4, 2}) {
+                const size_t patch = operand * kChunk * (width * pixels_each + 2) * (height + 2);
+                const size_t work_items = static_cast<size_t>(width) * height;
+                if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
+                Choices choices{{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", kChunk}};
+                if (operand == 2) choices["HALF"] = 1;
+                result.push_back(std::move(choices));
+            }
         }
     }
     return result;
