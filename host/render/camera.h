@@ -3,6 +3,7 @@
 #include <Imath/ImathVec.h>
 
 #include "clarus/types.h"
+#include "clarus/upscaler.h"
 
 namespace clarus::render {
 
@@ -23,16 +24,22 @@ class Camera {
 
     const Imath::V3d& position() const { return position_; }
     const Imath::V3d& forward() const { return forward_; }
-    /// Width of a pixel at a view distance of 1.
-    double pixel_width() const { return 1 / focal_; }
 
     /// Through a pixel position; its component along `forward` is 1, so that ray lengths are view distances.
     Imath::V3d direction(const Imath::V2d& pixel) const;
+    /// How that direction changes from a pixel to the next one on its right, and to the next one below.
+    Imath::V3d step_right() const { return right_ / focal_; }
+    Imath::V3d step_down() const { return -up_ / focal_; }
+
     double view_distance(const Imath::V3d& point) const { return (point - position_) ^ forward_; }
     /// Of a point with a view distance above 0.
     Imath::V2d project(const Imath::V3d& point) const { return project_direction(point - position_); }
     /// Of a point infinitely far away in front of the camera.
     Imath::V2d project_direction(const Imath::V3d& direction) const;
+
+    /// For column vectors: clip = projection · view · world. View space looks along −z with y up; clip space has y up
+    /// and, after division, depth 0 at the near plane and 1 at the far one, or where `reversed` 1 and 0.
+    FrameDescription::Camera matrices(double near_plane, double far_plane, bool reversed) const;
 
   private:
     Imath::V3d position_, forward_, right_, up_;

@@ -24,28 +24,42 @@ V3f tone_map(const V3f& radiance) {
 }
 
 float encode_srgb(float y) { return y <= 0.0031308f ? 12.92f * y : 1.055f * std::pow(y, 1 / 2.4f) - 0.055f; }
-
-/// From a sum of samples (tone-mapped unless hdr) to a stored pixel.
-void store(io::Pixels& image, int x, int y, const V3f& mean, bool hdr) {
-    for (int channel = 0; channel < 3; ++channel) {
-        image.at(x, y, channel) = hdr ? mean[channel] : encode_srgb(mean[channel]);
-    }
-}
-
-V2d motion_at(const V2d& point, const Sample& sample, const Camera& camera, const Camera& previous) {
-    const V3d direction = camera.direction(point);
-    if (!sample.part) {
-        if ((direction ^ previous.forward()) > 0) return previous.project_direction(direction) - point;
-    } else {
-        const V3d before = (camera.position() + direction * sample.view_distance) * sample.part->to_previous;
-        if (previous.view_distance(before) > 0) return previous.project(before) - point;
-    }
-    // It was behind the camera: longer than the image's diagonal, so invalid.
-    return {4 * camera.project_direction(camera.forward()).length() + 1, 0};
-}
+float decode_srgb(float y) { return y <= 0.04045f ? y / 12.92f : std::pow((y + 0.055f) / 1.055f, 2.4f); }
 
 io::Pixels make_image(Size size, int channels) {
     return {size, channels, std::vector<float>(static_cast<size_t>(size.width) * size.height * channels)};
+}
+
+/// Where an image's pixels are: pixel (x, y) is sampled around (x + ½, y + ½) · pitch + offset, in render pixels.
+struct Grid {
+    Size size;
+    V2d pitch{1}, offset{0};
+
+    V2d at(int x, int y, const V2d& within_pixel = V2d(0)) const {
+        return (V2d(x + 0.5, y + 0.5) + within_pixel) * pitch + offset;
+    }
+};
+
+using Pattern = std::vector<V2d>;  // places of samples around a pixel's, in its pixels
+
+Pattern regular_grid(int side) {
+    Pattern pattern;
+    for (int i = 0; i < side * side; ++i) pattern.push_back(V2d(i % side + 0.5, i / side + 0.5) / side - V2d(0.5));
+    return pattern;
+}
+
+/// Hammersley's points, moved so that their mean is the pixel's place.
+Pattern spread_evenly(int count) {
+    Pattern pattern;
+    V2d sum(0);
+    for (int i = 0; i < count; ++i) {
+        double y = 0, weight = 0.5;
+        for (int digits = i; digits > 0; digits /= 2, weight /= 2) y += digits % 2 * weight;
+        pattern.push_back({static_cast<double>(i) / count, y});
+        sum += pattern.back();
+    }
+    for (V2d& place : pattern) place -= sum / count;
+    return pattern;
 }
 
 struct PixelPosition {
@@ -70,75 +84,130 @@ void for_each_block(Size size, const Body& body) {
     });
 }
 
-void render_inputs(const Scene& scene, const Camera& camera, const Camera& previous, Vec2 jitter,
-                   const RenderSettings& settings, RenderedFrame& out) {
-    const Tracer tracer(scene, camera);
-    const TextureFilter filter{.sample_width = 1, .level_bias = settings.mip_bias};
-    for_each_block(settings.render_size, [&](const std::vector<PixelPosition>& pixels) {
-        std::vector<V2d> points;
-        for (const auto [x, y] : pixels) points.emplace_back(x + 0.5 + jitter.x, y + 0.5 + jitter.y);
-        std::array<Sample, Tracer::packet_size> samples;
-        tracer.trace(points, filter, samples);
-        for (size_t i = 0; i < pixels.size(); ++i) {
-            const auto [x, y] = pixels[i];
-            const V3f& radiance = samples[i].radiance;
-            store(out.color, x, y, settings.hdr ? radiance : tone_map(radiance), settings.hdr);
-            out.depth.at(x, y, 0) = static_cast<float>(std::min(1.0, samples[i].view_distance / settings.far_plane));
-        }
-        if (settings.motion_at_centre) {
-            for (V2d& point : points) point -= V2d(jitter.x, jitter.y);
-            tracer.trace_geometry(points, samples);
-        }
-        for (size_t i = 0; i < pixels.size(); ++i) {
-            const auto [x, y] = pixels[i];
-            const V2d motion = motion_at(points[i], samples[i], camera, previous);
-            out.motion.at(x, y, 0) = static_cast<float>(motion.x);
-            out.motion.at(x, y, 1) = static_cast<float>(motion.y);
-        }
-    });
-}
+class FrameRenderer {
+  public:
+    FrameRenderer(const Scene& scene, const FrameState& frame, const RenderSettings& settings)
+        : scene_(scene),
+          settings_(settings),
+          camera_(frame.camera, settings.render_size),
+          previous_(frame.previous_camera, settings.render_size),
+          tracer_(scene, camera_, settings.near_plane) {}
 
-void render_reference(const Scene& scene, const Camera& camera, const RenderSettings& settings, io::Pixels& out) {
-    const Tracer tracer(scene, camera);
-    const Size size = settings.output_size;
-    const V2d pixel(static_cast<double>(settings.render_size.width) / size.width,
-                    static_cast<double>(settings.render_size.height) / size.height);
-    const int grid = settings.reference_grid, samples_a_pixel = grid * grid;
-    const TextureFilter filter{.sample_width = static_cast<float>(pixel.y / grid), .max_anisotropy = 2};
-    for_each_block(size, [&](const std::vector<PixelPosition>& pixels) {
-        std::vector<V2d> points;
-        std::array<Sample, Tracer::packet_size> samples;
-        for (const auto [x, y] : pixels) {
-            V3f sum(0);
-            for (int first = 0; first < samples_a_pixel; first += Tracer::packet_size) {
-                points.clear();
-                for (int i = first; i < std::min(first + Tracer::packet_size, samples_a_pixel); ++i) {
-                    points.emplace_back((x + (i % grid + 0.5) / grid) * pixel.x,
-                                        (y + (i / grid + 0.5) / grid) * pixel.y);
-                }
-                tracer.trace(points, filter, samples);
-                for (size_t i = 0; i < points.size(); ++i) {
-                    sum += settings.hdr ? samples[i].radiance : tone_map(samples[i].radiance);
+    io::Pixels color(const Grid& grid, const Pattern& pattern, const TextureFilter& filter) const {
+        io::Pixels image = make_image(grid.size, 3);
+        for_each_block(grid.size, [&](const std::vector<PixelPosition>& pixels) {
+            std::array<V3f, Tracer::packet_size> sums;
+            sums.fill(V3f(0));
+            add_samples(grid, pattern, filter, pixels, sums);
+            for (size_t i = 0; i < pixels.size(); ++i) {
+                const V3f mean = sums[i] / static_cast<float>(pattern.size());
+                for (int channel = 0; channel < 3; ++channel) {
+                    image.at(pixels[i].x, pixels[i].y, channel) =
+                        settings_.hdr ? mean[channel] : encode_srgb(mean[channel]);
                 }
             }
-            store(out, x, y, sum / static_cast<float>(samples_a_pixel), settings.hdr);
+        });
+        return image;
+    }
+
+    /// Images to be made; those that are null are not.
+    void geometry(const Grid& grid, io::Pixels* depth, io::Pixels* motion) const {
+        if (depth) *depth = make_image(grid.size, 1);
+        if (motion) *motion = make_image(grid.size, 2);
+        for_each_block(grid.size, [&](const std::vector<PixelPosition>& pixels) {
+            std::vector<V2d> points;
+            for (const auto [x, y] : pixels) points.push_back(grid.at(x, y));
+            std::array<Sample, Tracer::packet_size> samples;
+            tracer_.trace_geometry(points, samples);
+            for (size_t i = 0; i < pixels.size(); ++i) {
+                const auto [x, y] = pixels[i];
+                if (depth) {
+                    depth->at(x, y, 0) =
+                        static_cast<float>(std::min(1.0, samples[i].view_distance / settings_.far_plane));
+                }
+                if (motion) {
+                    const V2d vector = motion_at(points[i], samples[i]);
+                    motion->at(x, y, 0) = static_cast<float>(vector.x);
+                    motion->at(x, y, 1) = static_cast<float>(vector.y);
+                }
+            }
+        });
+    }
+
+  private:
+    /// Adds the samples of each of the pixels to its sum, tone-mapped unless they stay radiance.
+    void add_samples(const Grid& grid, const Pattern& pattern, const TextureFilter& filter,
+                     const std::vector<PixelPosition>& pixels, std::span<V3f> sums) const {
+        const size_t count = pixels.size() * pattern.size();
+        std::vector<V2d> points;
+        std::array<Sample, Tracer::packet_size> samples;
+        for (size_t first = 0; first < count; first += points.size()) {
+            points.clear();
+            for (size_t k = first; k < std::min(first + Tracer::packet_size, count); ++k) {
+                const auto [x, y] = pixels[k / pattern.size()];
+                points.push_back(grid.at(x, y, pattern[k % pattern.size()]));
+            }
+            tracer_.trace(points, filter, samples);
+            for (size_t i = 0; i < points.size(); ++i) {
+                const V3f& radiance = samples[i].radiance;
+                sums[(first + i) / pattern.size()] +=
+                    overlaid(settings_.hdr ? radiance : tone_map(radiance), points[i]);
+            }
         }
-    });
-}
+    }
+
+    /// The overlay is blended in linear light; its white is radiance 1.
+    V3f overlaid(const V3f& color, const V2d& point) const {
+        if (!scene_.overlay) return color;
+        const Size size = settings_.render_size;
+        const auto place = [](double x, int extent) {
+            return static_cast<float>(std::clamp(x / extent, 0.0, 1 - 0x1p-24));
+        };
+        const auto [r, g, b, a] = scene_.overlay({place(point.x, size.width), place(point.y, size.height)});
+        if (a <= 0) return color;
+        return color * (1 - a) + V3f(decode_srgb(r), decode_srgb(g), decode_srgb(b)) * a;
+    }
+
+    V2d motion_at(const V2d& point, const Sample& sample) const {
+        const V3d direction = camera_.direction(point);
+        if (!sample.part) {
+            if ((direction ^ previous_.forward()) > 0) return previous_.project_direction(direction) - point;
+        } else {
+            const V3d before = (camera_.position() + direction * sample.view_distance) * sample.part->to_previous;
+            if (previous_.view_distance(before) > 0) return previous_.project(before) - point;
+        }
+        // It was behind the camera: longer than the image's diagonal, so invalid.
+        return {4 * camera_.project_direction(camera_.forward()).length() + 1, 0};
+    }
+
+    const Scene& scene_;
+    const RenderSettings& settings_;
+    const Camera camera_, previous_;
+    const Tracer tracer_;
+};
 
 }  // namespace
 
 RenderedFrame render_frame(Scene& scene, const FrameState& frame, Vec2 jitter, const RenderSettings& settings) {
     scene.set_time(frame.seconds, frame.previous_seconds);
-    const Camera camera(frame.camera, settings.render_size), previous(frame.previous_camera, settings.render_size);
+    const FrameRenderer renderer(scene, frame, settings);
+    const Grid centres{settings.render_size}, jittered{settings.render_size, V2d(1), V2d(jitter.x, jitter.y)};
     RenderedFrame out;
-    out.color = make_image(settings.render_size, 3);
-    out.depth = make_image(settings.render_size, 1);
-    out.motion = make_image(settings.render_size, 2);
-    render_inputs(scene, camera, previous, jitter, settings, out);
+    out.color = renderer.color(jittered, spread_evenly(settings.samples), {.level_bias = settings.mip_bias});
+    renderer.geometry(jittered, &out.depth, settings.motion_at_centre ? nullptr : &out.motion);
+    if (settings.motion_at_centre) renderer.geometry(centres, nullptr, &out.motion);
+
+    const Grid output{settings.output_size,
+                      V2d(static_cast<double>(settings.render_size.width) / settings.output_size.width,
+                          static_cast<double>(settings.render_size.height) / settings.output_size.height)};
+    const float width = static_cast<float>(output.pitch.y);
     if (settings.reference_grid > 0) {
-        out.reference = make_image(settings.output_size, 3);
-        render_reference(scene, camera, settings, out.reference);
+        out.reference = renderer.color(output, regular_grid(settings.reference_grid),
+                                       {.sample_width = width / settings.reference_grid, .max_anisotropy = 2});
+    }
+    if (settings.output_buffers) {
+        out.aliased = renderer.color(output, spread_evenly(1), {.sample_width = width});
+        renderer.geometry(output, &out.output_depth, &out.output_motion);
     }
     return out;
 }

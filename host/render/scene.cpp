@@ -5,6 +5,7 @@
 #include <new>
 
 #include "base/error.h"
+#include "render/ambient.h"
 
 namespace clarus::render {
 namespace {
@@ -39,16 +40,18 @@ void commit_on_one_thread(RTCScene scene) {
 Scene::Scene() : device_(rtcNewDevice(nullptr)) {
     if (!device_)
         fail(ErrorKind::device, "Embree cannot start (error {})", static_cast<int>(rtcGetDeviceError(nullptr)));
-    root_ = rtcNewScene(device_);
     parts_.push_back(std::make_unique<Part>());
 }
 
 Scene::~Scene() {
     for (const auto& part : parts_) {
-        if (part->instance) rtcReleaseGeometry(part->instance);
-        if (part->scene) rtcReleaseScene(part->scene);
+        for (const EmbreeInstance& embree : {part->solid, part->blended}) {
+            if (embree.instance) rtcReleaseGeometry(embree.instance);
+            if (embree.scene) rtcReleaseScene(embree.scene);
+        }
     }
-    rtcReleaseScene(root_);
+    for (const RTCScene root : {solid_root_, blended_root_})
+        if (root) rtcReleaseScene(root);
     rtcReleaseDevice(device_);
 }
 
@@ -67,40 +70,59 @@ void Scene::add_moving(Model model, Motion motion) {
 }
 
 void Scene::build() {
-    for (const auto& part : parts_) build_part(*part);
+    solid_root_ = rtcNewScene(device_);
+    size_t vertices = 0;
+    for (unsigned index = 0; index < parts_.size(); ++index) {
+        build_part(index);
+        for (const Mesh& mesh : parts_[index]->model) vertices += mesh.positions.size();
+    }
+    if (rtcGetDeviceError(device_) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    for (const auto& part : parts_) part->openness = bake_openness(part->solid.scene, part->model, vertices);
     set_time(0, 0);
 }
 
-void Scene::build_part(Part& part) {
-    part.scene = rtcNewScene(device_);
-    for (size_t index = 0; index < part.model.size(); ++index) {
-        Mesh& mesh = part.model[index];
+void Scene::build_part(unsigned index) {
+    Part& part = *parts_[index];
+    part.solid.scene = rtcNewScene(device_);
+    for (unsigned i = 0; i < part.model.size(); ++i) {
+        Mesh& mesh = part.model[i];
         // Embree reads 16 bytes at a time: three floats at the end of the buffer need one to spare.
         mesh.positions.reserve(mesh.positions.size() + 1);
-        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        share_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions.data(), sizeof(V3f),
-                     mesh.positions.size());
-        share_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles.data(), 3 * sizeof(uint32_t),
-                     mesh.triangles.size());
-        const Material& surface = material(mesh.material);
-        if (surface.cutout) {
-            cutouts_.push_back(std::make_unique<Cutout>(Cutout{&mesh, surface.texture.get()}));
-            rtcSetGeometryUserData(geometry, cutouts_.back().get());
-            rtcSetGeometryIntersectFilterFunction(geometry, discard_holes);
-            rtcSetGeometryOccludedFilterFunction(geometry, discard_holes);
-        }
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(part.scene, geometry, static_cast<unsigned>(index));
-        rtcReleaseGeometry(geometry);
-
+        add_geometry(material(mesh.material).blended ? part.blended : part.solid, part, i);
         auto& gradients = part.uv_gradients.emplace_back();
         for (const auto& triangle : mesh.triangles) gradients.push_back(uv_gradient(mesh, triangle));
     }
-    commit_on_one_thread(part.scene);
-    part.instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(part.instance, part.scene);
-    rtcAttachGeometry(root_, part.instance);
-    if (rtcGetDeviceError(device_) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    instantiate(part.solid, solid_root_, index);
+    if (!part.blended.scene) return;
+    if (!blended_root_) blended_root_ = rtcNewScene(device_);
+    instantiate(part.blended, blended_root_, index);
+}
+
+void Scene::add_geometry(EmbreeInstance& instance, Part& part, unsigned index) {
+    const Mesh& mesh = part.model[index];
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    share_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions.data(), sizeof(V3f),
+                 mesh.positions.size());
+    share_buffer(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles.data(), 3 * sizeof(uint32_t),
+                 mesh.triangles.size());
+    const Material& surface = material(mesh.material);
+    if (surface.cutout) {
+        cutouts_.push_back(std::make_unique<Cutout>(Cutout{&mesh, surface.texture.get()}));
+        rtcSetGeometryUserData(geometry, cutouts_.back().get());
+        rtcSetGeometryIntersectFilterFunction(geometry, discard_holes);
+        rtcSetGeometryOccludedFilterFunction(geometry, discard_holes);
+    }
+    rtcCommitGeometry(geometry);
+    if (!instance.scene) instance.scene = rtcNewScene(device_);
+    rtcAttachGeometryByID(instance.scene, geometry, index);
+    rtcReleaseGeometry(geometry);
+}
+
+void Scene::instantiate(EmbreeInstance& instance, RTCScene& root, unsigned part) {
+    commit_on_one_thread(instance.scene);
+    instance.instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance.instance, instance.scene);
+    rtcAttachGeometryByID(root, instance.instance, part);
 }
 
 void Scene::set_time(double seconds, double previous_seconds) {
@@ -112,13 +134,16 @@ void Scene::set_time(double seconds, double previous_seconds) {
             for (int column = 0; column < 3; ++column)
                 part->rotation[row][column] = static_cast<float>(now[row][column]);
         }
-        part->inverse_rotation = part->rotation.transposed();
         // Imath's rows for row vectors are Embree's columns for column vectors.
         const Imath::M44f single(now);
-        rtcSetGeometryTransform(part->instance, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &single[0][0]);
-        rtcCommitGeometry(part->instance);
+        for (const EmbreeInstance& embree : {part->solid, part->blended}) {
+            if (!embree.instance) continue;
+            rtcSetGeometryTransform(embree.instance, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &single[0][0]);
+            rtcCommitGeometry(embree.instance);
+        }
     }
-    commit_on_one_thread(root_);
+    for (const RTCScene root : {solid_root_, blended_root_})
+        if (root) commit_on_one_thread(root);
 }
 
 void Scene::discard_holes(const RTCFilterFunctionNArguments* hits) {

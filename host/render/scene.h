@@ -41,6 +41,11 @@ struct Environment {
 /// The same additions give the same pictures, bit by bit.
 class Scene {
   public:
+    struct EmbreeInstance {
+        RTCScene scene = nullptr;
+        RTCGeometry instance = nullptr;
+    };
+
     /// From the object's space to the world: rotation and translation, for row vectors (p · M).
     using Motion = std::function<Imath::M44d(double seconds)>;
 
@@ -50,15 +55,17 @@ class Scene {
         Model model;
         /// Of u and v, a triangle each.
         std::vector<std::vector<std::array<Imath::V3f, 2>>> uv_gradients;
+        /// A vertex each, 0…1: what the part itself leaves of the sky's light (ambient.h).
+        std::vector<std::vector<float>> openness;
         /// Empty: static, in world space.
         Motion motion;
-        /// Of vectors, object to world and back.
-        Imath::M33f rotation, inverse_rotation;
+        /// Of vectors, object to world.
+        Imath::M33f rotation;
         /// World points from the time set to the previous time.
         Imath::M44d to_previous;
 
-        RTCScene scene = nullptr;
-        RTCGeometry instance = nullptr;
+        /// Of what is opaque or cut out, and of what is blended; the latter null where nothing is.
+        EmbreeInstance solid, blended;
     };
 
     Scene();
@@ -73,7 +80,10 @@ class Scene {
     void build();
     void set_time(double seconds, double previous_seconds);
 
-    RTCScene embree() const { return root_; }
+    /// Of everything that is opaque or cut out: what depth, motion and shadows come from.
+    RTCScene embree() const { return solid_root_; }
+    /// Of what is blended over it; null where nothing is.
+    RTCScene embree_blended() const { return blended_root_; }
     const Part& part(unsigned instance) const { return *parts_[instance]; }
     const Material& material(int index) const { return materials_[static_cast<size_t>(index)]; }
 
@@ -81,7 +91,9 @@ class Scene {
     Overlay overlay;  // over everything, without depth or motion; may be empty
 
   private:
-    void build_part(Part& part);
+    void build_part(unsigned index);
+    void add_geometry(EmbreeInstance& instance, Part& part, unsigned mesh);
+    void instantiate(EmbreeInstance& instance, RTCScene& root, unsigned part);
 
     std::vector<Material> materials_;
     std::vector<std::unique_ptr<Part>> parts_;  // by Embree's instance id; the first is static
@@ -93,7 +105,7 @@ class Scene {
     static void discard_holes(const RTCFilterFunctionNArguments* hits);
     std::vector<std::unique_ptr<Cutout>> cutouts_;
     RTCDevice device_;
-    RTCScene root_;
+    RTCScene solid_root_ = nullptr, blended_root_ = nullptr;
 };
 
 }  // namespace clarus::render

@@ -11,11 +11,11 @@ struct TextureFilter {
     int max_anisotropy = 4;  // lookups along a footprint's long side
 };
 
-/// A ray through one point of the image and what it met. Vectors are in world space unless they say otherwise.
+/// A ray through one point of the image and what it met, in world space. View axis: see Camera::direction.
 struct Ray {
-    Imath::V3f direction;     // its component along the view axis is 1
-    float view_distance = 0;  // to the hit
-    float pixel_width = 0;    // of a render pixel, at a view distance of 1
+    Imath::V3f direction;              // its component along the view axis is 1
+    Imath::V3f step_right, step_down;  // to the next samples' directions
+    float view_distance = 0;           // to the hit
 };
 
 struct Hit {
@@ -30,12 +30,19 @@ struct Surface {
     const Material* material;
     Imath::V3f normal, facet_normal;  // unit, towards the viewer
     Imath::V3f albedo;
+    float alpha;     // 1 where the material is not blended
+    float openness;  // share of the sky's light that comes here past what is near
 };
 
+/// The texture is filtered over the ray's footprint: its differentials on the surface.
 Surface surface_at(const Scene& scene, const Hit& hit, const Ray& ray, const TextureFilter& filter);
 
-/// Linear radiance that leaves the surface towards the viewer.
-Imath::V3f shade(const Environment& environment, const Surface& surface, const Ray& ray, bool sunlit);
+/// What leaves a surface towards the viewer: linear radiance, and the share of what is behind that shines through.
+struct Shaded {
+    Imath::V3f radiance;
+    float transmittance;
+};
+Shaded shade(const Environment& environment, const Surface& surface, const Ray& ray, bool sunlit);
 
 /// Linear radiance of the sky in a direction of any length.
 Imath::V3f sky(const Environment& environment, const Ray& ray, const TextureFilter& filter);

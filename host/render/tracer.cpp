@@ -2,6 +2,8 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 namespace clarus::render {
@@ -11,10 +13,9 @@ using Imath::V2d;
 using Imath::V3f;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr float near_plane = 0.02f;  // metres
+constexpr int most_layers = 4;  // of blended surfaces, from the front
 
-/// Ray `i` of a packet, from an origin in a direction.
-void set_ray(RTCRay16& rays, int i, const V3f& origin, const V3f& direction, float from) {
+void set_ray(RTCRay16& rays, int i, const V3f& origin, const V3f& direction, float from, float to) {
     rays.org_x[i] = origin.x;
     rays.org_y[i] = origin.y;
     rays.org_z[i] = origin.z;
@@ -22,90 +23,141 @@ void set_ray(RTCRay16& rays, int i, const V3f& origin, const V3f& direction, flo
     rays.dir_y[i] = direction.y;
     rays.dir_z[i] = direction.z;
     rays.tnear[i] = from;
-    rays.tfar[i] = infinity;
+    rays.tfar[i] = to;
     rays.time[i] = 0;
     rays.mask[i] = ~0u;
     rays.flags[i] = 0;
 }
 
-bool missed(const RTCRayHit16& hits, int i) { return hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
+bool missed(const RTCHit16& hits, int i) { return hits.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
 
 }  // namespace
 
 struct Tracer::Packet {
-    alignas(64) int valid[packet_size];  // −1: to be traced
+    int count;                           // of rays
+    alignas(64) int valid[packet_size];  // −1: to be traced, or to be shaded
     alignas(64) RTCRayHit16 hits;
     Ray rays[packet_size];
+
+    void intersect(RTCScene scene, const V3f& eye, const std::array<float, packet_size>& from,
+                   const std::array<float, packet_size>& to) {
+        for (int i = 0; i < count; ++i) {
+            set_ray(hits.ray, i, eye, rays[i].direction, from[i], to[i]);
+            hits.hit.geomID[i] = hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        rtcIntersect16(valid, scene, &context, &hits);
+        for (int i = 0; i < count; ++i) {
+            if (valid[i] && missed(hits.hit, i)) valid[i] = 0;
+            if (valid[i]) rays[i].view_distance = hits.ray.tfar[i];
+        }
+    }
 };
 
 void Tracer::trace(std::span<const V2d> points, const TextureFilter& filter, std::span<Sample> samples) const {
-    Packet packet;
-    intersect(points, packet);
-    const int count = static_cast<int>(points.size());
+    Packet rays = packet(points);
+    for (Ray& ray : rays.rays) {
+        ray.step_right *= filter.sample_width;
+        ray.step_down *= filter.sample_width;
+    }
+    intersect_solid(rays, samples);
+    std::array<Shaded, packet_size> shaded;
+    shade_hits(rays, filter, shaded);
+    for (int i = 0; i < rays.count; ++i) {
+        samples[i].radiance = rays.valid[i] ? shaded[i].radiance : sky(scene_.environment, rays.rays[i], filter);
+    }
+    if (scene_.embree_blended()) add_blended(rays, filter, samples);
+}
 
+void Tracer::trace_geometry(std::span<const V2d> points, std::span<Sample> samples) const {
+    Packet rays = packet(points);
+    intersect_solid(rays, samples);
+}
+
+Tracer::Packet Tracer::packet(std::span<const V2d> points) const {
+    const V3f right(camera_.step_right()), down(camera_.step_down());
+    Packet packet;
+    packet.count = static_cast<int>(points.size());
+    for (int i = 0; i < packet_size; ++i) {
+        packet.valid[i] = i < packet.count ? -1 : 0;
+        packet.rays[i] = {V3f(camera_.direction(points[std::min(i, packet.count - 1)])), right, down};
+    }
+    return packet;
+}
+
+void Tracer::intersect_solid(Packet& packet, std::span<Sample> samples) const {
+    std::array<float, packet_size> from, to;
+    from.fill(near_plane_);
+    to.fill(infinity);
+    packet.intersect(scene_.embree(), V3f(camera_.position()), from, to);
+    for (int i = 0; i < packet.count; ++i) {
+        const bool hit = packet.valid[i];
+        samples[i].view_distance = hit ? packet.rays[i].view_distance : infinity;
+        samples[i].part = hit ? &scene_.part(packet.hits.hit.instID[0][i]) : nullptr;
+    }
+}
+
+/// Of the rays that are valid.
+void Tracer::shade_hits(Packet& packet, const TextureFilter& filter, std::span<Shaded> shaded) const {
     const V3f eye(camera_.position()), to_sun = scene_.environment.to_sun;
     alignas(64) RTCRay16 shadow_rays;
-    Surface surfaces[packet_size];
-    bool any_surface = false;
-    for (int i = 0; i < count; ++i) {
-        Ray& ray = packet.rays[i];
-        if (missed(packet.hits, i)) {
-            samples[i] = {sky(scene_.environment, ray, filter), infinity, nullptr};
-            packet.valid[i] = 0;
-            continue;
-        }
-        any_surface = true;
+    std::array<Surface, packet_size> surfaces;
+    bool any = false;
+    for (int i = 0; i < packet.count; ++i) {
+        if (!packet.valid[i]) continue;
+        any = true;
         const RTCHit16& hits = packet.hits.hit;
+        const Ray& ray = packet.rays[i];
         const Hit hit = {
             &scene_.part(hits.instID[0][i]),           hits.geomID[i], hits.primID[i], hits.u[i], hits.v[i],
             {hits.Ng_x[i], hits.Ng_y[i], hits.Ng_z[i]}};
-        ray.view_distance = packet.hits.ray.tfar[i];
-        samples[i] = {V3f(0), ray.view_distance, hit.part};
         surfaces[i] = surface_at(scene_, hit, ray, filter);
         // The shadow ray starts a little off the surface, on the side that the sun is on.
         const V3f& facet = surfaces[i].facet_normal;
         const float clearance = (1e-3f + 1e-4f * ray.view_distance) * ((facet ^ to_sun) < 0 ? -1.0f : 1.0f);
-        set_ray(shadow_rays, i, eye + ray.direction * ray.view_distance + facet * clearance, to_sun, 0);
+        set_ray(shadow_rays, i, eye + ray.direction * ray.view_distance + facet * clearance, to_sun, 0, infinity);
     }
-    if (!any_surface) return;
+    if (!any) return;
     // Not marked as coherent: Embree 3.13 then does not return from some packets of shadow rays among instances.
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded16(packet.valid, scene_.embree(), &context, &shadow_rays);
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < packet.count; ++i) {
         if (!packet.valid[i]) continue;
         const bool sunlit = shadow_rays.tfar[i] >= 0;  // Embree sets it to −∞ where something is in the way
-        samples[i].radiance = shade(scene_.environment, surfaces[i], packet.rays[i], sunlit);
+        shaded[i] = shade(scene_.environment, surfaces[i], packet.rays[i], sunlit);
     }
 }
 
-void Tracer::trace_geometry(std::span<const V2d> points, std::span<Sample> samples) const {
-    Packet packet;
-    intersect(points, packet);
-    const int count = static_cast<int>(points.size());
-    for (int i = 0; i < count; ++i) {
-        const bool sky = missed(packet.hits, i);
-        samples[i].view_distance = sky ? infinity : packet.hits.ray.tfar[i];
-        samples[i].part = sky ? nullptr : &scene_.part(packet.hits.hit.instID[0][i]);
+/// Layer by layer from the front, until little of what is opaque shines through.
+void Tracer::add_blended(Packet& packet, const TextureFilter& filter, std::span<Sample> samples) const {
+    std::array<float, packet_size> from, to, transmittance;
+    std::array<V3f, packet_size> front;
+    from.fill(near_plane_);
+    transmittance.fill(1);
+    front.fill(V3f(0));
+    for (int i = 0; i < packet.count; ++i) {
+        packet.valid[i] = -1;
+        to[i] = static_cast<float>(samples[i].view_distance);
     }
-}
-
-void Tracer::intersect(std::span<const V2d> points, Packet& packet) const {
-    const V3f eye(camera_.position());
-    const int count = static_cast<int>(points.size());
-    for (int i = 0; i < packet_size; ++i) {
-        packet.valid[i] = i < count ? -1 : 0;
-        if (i >= count) continue;
-        packet.rays[i] = {.direction = V3f(camera_.direction(points[i])),
-                          .pixel_width = static_cast<float>(camera_.pixel_width())};
-        set_ray(packet.hits.ray, i, eye, packet.rays[i].direction, near_plane);
-        packet.hits.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-        packet.hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    for (int layer = 0; layer < most_layers; ++layer) {
+        packet.intersect(scene_.embree_blended(), V3f(camera_.position()), from, to);
+        std::array<Shaded, packet_size> shaded;
+        shade_hits(packet, filter, shaded);
+        bool any = false;
+        for (int i = 0; i < packet.count; ++i) {
+            if (!packet.valid[i]) continue;
+            front[i] += shaded[i].radiance * transmittance[i];
+            transmittance[i] *= shaded[i].transmittance;
+            from[i] = packet.rays[i].view_distance * (1 + 1e-5f) + 1e-4f;
+            packet.valid[i] = transmittance[i] > 1 / 256.0f ? -1 : 0;
+            any |= packet.valid[i] != 0;
+        }
+        if (!any) break;
     }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(packet.valid, scene_.embree(), &context, &packet.hits);
+    for (int i = 0; i < packet.count; ++i) samples[i].radiance = front[i] + samples[i].radiance * transmittance[i];
 }
 
 }  // namespace clarus::render

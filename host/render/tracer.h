@@ -11,6 +11,7 @@ namespace clarus::render {
 /// What a ray saw.
 struct Sample {
     Imath::V3f radiance;
+    // Of what is opaque, behind all that is blended:
     double view_distance;     // infinite for the sky
     const Scene::Part* part;  // null for the sky
 };
@@ -20,7 +21,9 @@ class Tracer {
   public:
     static constexpr int packet_size = 16;
 
-    Tracer(const Scene& scene, const Camera& camera) : scene_(scene), camera_(camera) {}
+    /// Nothing is seen that is nearer than `near_plane`.
+    Tracer(const Scene& scene, const Camera& camera, float near_plane)
+        : scene_(scene), camera_(camera), near_plane_(near_plane) {}
 
     /// Traces and shades rays through at most packet_size points of the image, in render pixels. Each has its place in
     /// `samples`.
@@ -30,10 +33,14 @@ class Tracer {
 
   private:
     struct Packet;
-    void intersect(std::span<const Imath::V2d> points, Packet& packet) const;
+    Packet packet(std::span<const Imath::V2d> points) const;
+    void intersect_solid(Packet& packet, std::span<Sample> samples) const;
+    void shade_hits(Packet& packet, const TextureFilter& filter, std::span<Shaded> shaded) const;
+    void add_blended(Packet& packet, const TextureFilter& filter, std::span<Sample> samples) const;
 
     const Scene& scene_;
     const Camera& camera_;
+    const float near_plane_;
 };
 
 }  // namespace clarus::render

@@ -1,0 +1,96 @@
+#include "render/ambient.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace clarus::render {
+namespace {
+
+using Imath::V3f;
+
+constexpr int packet = 16;
+constexpr size_t most_rays = 8'000'000;  // a few seconds' work for one core
+constexpr int most_packets = 2;          // a vertex
+constexpr float reach = 4;               // metres; what is farther takes nothing away
+constexpr float darkest = 0.25f;         // light that was reflected more often comes into every corner
+
+/// Unit vectors around +z, as many in any solid angle as its share of a matt surface's light.
+std::vector<V3f> cosine_directions(int count) {
+    std::vector<V3f> directions;
+    for (int i = 0; i < count; ++i) {
+        const float square = (static_cast<float>(i) + 0.5f) / static_cast<float>(count), radius = std::sqrt(square);
+        const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / std::numbers::phi_v<float>;
+        directions.push_back({radius * std::cos(angle), radius * std::sin(angle), std::sqrt(1 - square)});
+    }
+    return directions;
+}
+
+/// Points from which vertices look around: moved a little inwards on their triangles, because at an edge where two
+/// surfaces meet it is chance which side of the other one a vertex is on.
+std::vector<V3f> viewpoints(const Mesh& mesh) {
+    std::vector<V3f> inwards(mesh.positions.size(), V3f(0));
+    for (const auto& triangle : mesh.triangles) {
+        V3f centre(0);
+        for (const uint32_t corner : triangle) centre += mesh.positions[corner] / 3;
+        for (const uint32_t corner : triangle) inwards[corner] += centre - mesh.positions[corner];
+    }
+    std::vector<V3f> points;
+    for (size_t i = 0; i < inwards.size(); ++i) {
+        constexpr float most = 0.03f, clearance = 2e-3f;  // metres
+        const float length = inwards[i].length();
+        const V3f step = inwards[i] * (std::min(most, 0.1f * length) / std::max(length, 1e-9f));
+        points.push_back(mesh.positions[i] + step + mesh.normals[i].normalized() * clearance);
+    }
+    return points;
+}
+
+float openness(RTCScene solid, const V3f& point, const V3f& normal, const std::vector<V3f>& directions) {
+    const V3f side = (std::abs(normal.y) < 0.9f ? V3f(0, 1, 0) % normal : V3f(1, 0, 0) % normal).normalized();
+    const V3f other = normal % side;
+    float taken = 0;
+    for (size_t first = 0; first < directions.size(); first += packet) {
+        alignas(64) int valid[packet];
+        alignas(64) RTCRayHit16 rays;
+        for (int i = 0; i < packet; ++i) {
+            const V3f& local = directions[first + static_cast<size_t>(i)];
+            const V3f direction = side * local.x + other * local.y + normal * local.z;
+            valid[i] = -1;
+            rays.ray.org_x[i] = point.x, rays.ray.org_y[i] = point.y, rays.ray.org_z[i] = point.z;
+            rays.ray.dir_x[i] = direction.x, rays.ray.dir_y[i] = direction.y, rays.ray.dir_z[i] = direction.z;
+            rays.ray.tnear[i] = 0, rays.ray.tfar[i] = reach, rays.ray.time[i] = 0;
+            rays.ray.mask[i] = ~0u, rays.ray.flags[i] = 0;
+            rays.hit.geomID[i] = rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        rtcIntersect16(valid, solid, &context, &rays);
+        for (int i = 0; i < packet; ++i) {
+            const float far = 1 - rays.ray.tfar[i] / reach;  // 0 where nothing was hit
+            taken += far * far;
+        }
+    }
+    return 1 - (1 - darkest) * taken / static_cast<float>(directions.size());
+}
+
+}  // namespace
+
+std::vector<std::vector<float>> bake_openness(RTCScene solid, const Model& model, size_t all_vertices) {
+    const size_t affordable = most_rays / packet / std::max<size_t>(all_vertices, 1);
+    const std::vector<V3f> directions =
+        cosine_directions(packet * static_cast<int>(std::clamp<size_t>(affordable, 1, most_packets)));
+    std::vector<std::vector<float>> baked;
+    for (const Mesh& mesh : model) {
+        auto& values = baked.emplace_back(mesh.positions.size(), 1.0f);
+        const std::vector<V3f> points = viewpoints(mesh);
+        tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+            const V3f normal = mesh.normals[i].normalized();
+            if (normal.length2() > 0) values[i] = openness(solid, points[i], normal, directions);
+        });
+    }
+    return baked;
+}
+
+}  // namespace clarus::render
