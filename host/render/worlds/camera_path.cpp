@@ -5,30 +5,18 @@
 #include <numbers>
 
 #include "render/random.h"
+#include "render/worlds/beat.h"
 
 namespace clarus::render {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double time_step = 1.0 / frame_rate;
-constexpr int moving_frames = 32, still_frames = 16, cycle_frames = moving_frames + still_frames;
 // The first frame is in full motion, so that short sequences have some.
 constexpr int first_frame_in_cycle = 8;
 
 struct Clocks {
     double camera, objects;  // seconds
 };
-
-/// Seconds that the camera moves in the first `frames` of a moving stretch: its speed rises and falls over 6 frames.
-double eased_seconds(int frames) {
-    double seconds = 0;
-    for (int i = 1; i <= frames; ++i) {
-        const double from_edge = std::min(i, moving_frames + 1 - i) / 7.0;
-        const double t = std::min(1.0, from_edge);
-        seconds += time_step * t * t * (3 - 2 * t);
-    }
-    return seconds;
-}
 
 Clocks clocks(int frame) {
     const int shifted = frame + first_frame_in_cycle;

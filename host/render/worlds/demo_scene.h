@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "render/worlds/camera_path.h"
 #include "render/scene.h"
+#include "render/worlds/camera_path.h"
 
 namespace clarus::render {
 

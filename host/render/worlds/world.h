@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "render/renderer.h"
 #include "render/scene.h"
@@ -19,5 +20,12 @@ struct World {
 /// also what stands where. The same name and path give the same world. Errors: invalid_argument for an unknown name;
 /// file where a file that it needs is missing or cannot be read, with the package that has it.
 World make_world(const std::string& name, int path);
+
+/// What make_world takes, for help texts.
+struct WorldKind {
+    std::string name;  // capital letters stand for something to fill in
+    std::string description;
+};
+std::vector<WorldKind> world_kinds();
 
 }  // namespace clarus::render

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <functional>
+
+#include "render/worlds/film.h"
+
+namespace clarus::render {
+
+/// A way along the ground, by its length in metres; it goes on for ever both ways.
+using Way = std::function<Imath::V3d(double metres)>;
+/// Where a thing is, by the time in seconds.
+using Target = std::function<Imath::V3d(double seconds)>;
+
+/// The pose that looks from one point to another.
+CameraPose looking(const Imath::V3d& eye, const Imath::V3d& at, double fov_y);
+
+/// A hand's tremble and sway on top of a shot; `strength` 1 is a person who stands and films.
+Shot hand_held(Random& random, Shot shot, double strength);
+/// From a fixed place at something that moves.
+Shot follow(Random& random, const Imath::V3d& eye, const Target& target);
+/// Ahead along a way, steps and glances aside included.
+Shot walk(Random& random, const Way& way, double start_metres, double start_seconds, double metres_a_second);
+/// Ahead along a way as from a car.
+Shot drive(Random& random, const Way& way, double start_metres, double start_seconds, double metres_a_second,
+           double height);
+/// High above a way, looking down ahead.
+Shot fly(Random& random, const Way& way, double start_metres, double start_seconds, double metres_a_second,
+         double height);
+/// From a fixed place, turning as fast as a player does, now and then holding still.
+Shot turn_fast(Random& random, const Imath::V3d& eye, double start_seconds);
+/// Around a point that may move.
+Shot orbit(Random& random, const Target& target, double radius, double height, double start_seconds);
+
+/// The part of a world in which cameras may be.
+struct Stage {
+    Imath::V2d center;      // x and z
+    double reach = 10;      // metres from there
+    double top = 20;        // of flights, above the ground
+    double look_from = 60;  // where to look for the ground from; below every ceiling
+};
+/// A winding way around the stage's middle, on its ground.
+Way roam(const Scene& scene, Random& random, const Stage& stage);
+/// Every kind of shot there is, for worlds without ways of their own. `targets` may be empty. The scene and the stage
+/// must outlive the ideas.
+std::vector<ShotIdea> roaming_shots(const Scene& scene, const Stage& stage, const std::vector<Target>& targets);
+
+}  // namespace clarus::render

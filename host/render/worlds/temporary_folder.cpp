@@ -1,0 +1,26 @@
+#include "render/worlds/temporary_folder.h"
+
+#include <stdlib.h>
+
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include "base/error.h"
+
+namespace clarus::render {
+
+TemporaryFolder::TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "clarus-XXXXXX").string();
+    if (!mkdtemp(name.data())) {
+        fail(ErrorKind::file, "cannot make a temporary folder {}: {}", name, std::generic_category().message(errno));
+    }
+    path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace clarus::render

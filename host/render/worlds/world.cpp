@@ -1,0 +1,36 @@
+#include "render/worlds/world.h"
+
+#include <filesystem>
+
+#include "base/error.h"
+#include "render/worlds/demo_scene.h"
+#include "render/worlds/model_world.h"
+#include "render/worlds/torcs.h"
+
+namespace clarus::render {
+std::vector<WorldKind> world_kinds() {
+    std::string tracks;
+    for (const std::string& track : torcs_tracks()) tracks += " " + track;
+    if (tracks.empty()) tracks = " none yet, install torcs-data";
+    return {
+        {"demo", "a small town's square, another one for each path"},
+        {"torcs:TRACK", "race cars on a track of Debian's torcs-data:" + tracks},
+        {"FILE", "any model that assimp reads (glTF, OBJ, AC3D, ...), or TORCS' .acc"},
+    };
+}
+
+World make_world(const std::string& name, int path) {
+    if (name == "demo") {
+        const CameraPath way(path);
+        return {make_demo_scene(path, way), [way](int frame) { return way.frame(frame); }};
+    }
+    const size_t colon = name.find(':');
+    const std::string kind = name.substr(0, colon), rest = colon == std::string::npos ? "" : name.substr(colon + 1);
+    if (colon != std::string::npos && kind == "torcs") return make_torcs_world(rest, path);
+    if (std::filesystem::exists(name)) return make_model_world(name, path);
+    std::string kinds;
+    for (const WorldKind& known : world_kinds()) kinds += "\n  " + known.name + "  " + known.description;
+    fail(ErrorKind::invalid_argument, "there is no scene \"{}\" and no such file; there are:{}", name, kinds);
+}
+
+}  // namespace clarus::render
