@@ -1,5 +1,7 @@
 #include "clarus/jitter.h"
 
+#include "base/error.h"
+
 namespace clarus {
 namespace {
 
@@ -12,11 +14,29 @@ double radical_inverse(int index, int base) {
     return value;
 }
 
+Vec2 sub_pixel_centre(int a, int b, int scale) {
+    return {static_cast<float>((a + 0.5) / scale - 0.5), static_cast<float>((b + 0.5) / scale - 0.5)};
+}
+
 }  // namespace
 
 Vec2 halton_jitter(int frame, int count) {
     const int index = frame % count + 1;
     return {static_cast<float>(radical_inverse(index, 2) - 0.5), static_cast<float>(radical_inverse(index, 3) - 0.5)};
+}
+
+Vec2 mnss_jitter(int frame, int scale) {
+    if (scale == 2) {
+        // Sums of the speeds {1, 0} and {1, 1, 0} before this frame.
+        const int a = (frame + 1) / 2 % 2, b = (frame - frame / 3) % 2;
+        return sub_pixel_centre(a, b, scale);
+    }
+    if (scale == 3) {
+        constexpr int order[9][2] = {{0, 0}, {1, 1}, {2, 1}, {0, 2}, {2, 0}, {2, 2}, {0, 1}, {1, 2}, {1, 0}};
+        const auto& [a, b] = order[frame % 9];
+        return sub_pixel_centre(a, b, scale);
+    }
+    fail(ErrorKind::invalid_argument, "the MNSS pattern is for the scales 2 and 3, not {}", scale);
 }
 
 }  // namespace clarus

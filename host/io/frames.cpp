@@ -28,6 +28,7 @@ Expectation reference_of(const Sequence& sequence) { return {sequence.output_siz
 Expectation optional_of(const std::string& key, const Sequence& sequence) {
     if (key == "reference_depth") return {sequence.output_size(), 1, "the reference's depth"};
     if (key == "reference_motion") return {sequence.output_size(), 2, "the reference's motion"};
+    if (key == "reference_aliased") return {sequence.output_size(), 3, "the aliased reference"};
     if (key == "reactive" || key == "transparency") return {sequence.render_size, 1, "a mask"};
     if (key == "opaque_color") return {sequence.render_size, 3, "colour without transparency"};
     return {{}, 3, "what the display shows"};  // hudless_color, ui: render or display resolution

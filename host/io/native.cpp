@@ -19,8 +19,8 @@ constexpr uintmax_t largest_description = 1 << 28;  // bytes
 constexpr int largest_extent = 1 << 15;  // pixels
 constexpr double largest_scale = 8;
 // Optional images of a frame that no pipeline uses yet.
-constexpr std::array further_images{"reactive", "transparency",    "opaque_color",    "hudless_color",
-                                    "ui",       "reference_depth", "reference_motion"};
+constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
+                                    "ui",       "reference_depth", "reference_motion", "reference_aliased"};
 
 /// Where the JSON is.
 struct Folder {
@@ -230,6 +230,39 @@ void write_sequence(const Sequence& sequence, const std::filesystem::path& folde
 
     const std::string text = json.dump(1) + "\n";
     write_file_atomically(folder / "sequence.json", std::as_bytes(std::span(text)));
+}
+
+namespace {
+
+class NativeOutput : public OutputLayout {
+  public:
+    explicit NativeOutput(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    void prescribe(Sequence& sequence) const override { sequence.folder = folder_; }
+    FrameFiles place(const Sequence& sequence, size_t index) const override {
+        FrameFiles files;
+        files.name = fmt::format("{:04}", index);
+        const std::string data = files.name + ".exr";
+        const std::string picture = sequence.color_space == ColorSpace::linear ? data : files.name + ".png";
+        files.color = folder_ / "color" / picture;
+        files.depth = folder_ / "depth" / data;
+        files.motion = folder_ / "motion" / data;
+        files.reference = folder_ / "reference" / picture;
+        files.optional["reference_aliased"] = folder_ / "reference_aliased" / picture;
+        for (const char* key : {"reference_depth", "reference_motion"}) files.optional[key] = folder_ / key / data;
+        return files;
+    }
+    std::filesystem::path description() const override { return folder_ / "sequence.json"; }
+    void describe(const Sequence& sequence) const override { write_sequence(sequence, folder_); }
+
+  private:
+    std::filesystem::path folder_;
+};
+
+}  // namespace
+
+std::unique_ptr<OutputLayout> native_output(const std::filesystem::path& folder) {
+    return std::make_unique<NativeOutput>(folder);
 }
 
 }  // namespace clarus::io

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/error.h"
 #include "io/file.h"
@@ -11,6 +13,9 @@ namespace clarus::io {
 namespace {
 
 constexpr uintmax_t largest_description = 1 << 28;  // bytes
+
+constexpr ColorSpace color_space = ColorSpace::linear;
+constexpr MotionConvention motion_convention{.unit = MotionUnit::uv, .from_previous = true, .sampled_at_jitter = true};
 
 /// "x2", "x1_5".
 std::string ratio_name(double scale) {
@@ -71,8 +76,8 @@ Sequence read_nss(const std::filesystem::path& description, double scale) {
     sequence.render_size = read_image_header(colors.front()).size;
     sequence.scale = scale;
     if (const auto rate = root.find("EmulatedFramerate")) sequence.frame_rate = rate->positive();
-    sequence.color_space = ColorSpace::linear;
-    sequence.motion = {.unit = MotionUnit::uv, .from_previous = true, .sampled_at_jitter = true};
+    sequence.color_space = color_space;
+    sequence.motion = motion_convention;
     sequence.depth = {.projective = true, .reversed = root["ReverseZ"].boolean()};
     const bool has_reference = is_directory(reference);
     const size_t index = jitter_index(root, ratio);
@@ -91,6 +96,64 @@ Sequence read_nss(const std::filesystem::path& description, double scale) {
     }
     sequence.frames.front().reset = true;
     return sequence;
+}
+
+namespace {
+
+class NssOutput : public OutputLayout {
+  public:
+    explicit NssOutput(std::filesystem::path description) : description_(std::move(description)) {}
+
+    void prescribe(Sequence& sequence) const override {
+        sequence.folder = description_.parent_path();
+        sequence.color_space = color_space;
+        sequence.depth.projective = true;
+        sequence.motion = motion_convention;
+    }
+    FrameFiles place(const Sequence& sequence, size_t index) const override {
+        const std::filesystem::path root = description_.parent_path(), inputs = root / ratio_name(sequence.scale);
+        const std::filesystem::path name = description_.stem();
+        FrameFiles files;
+        files.name = fmt::format("{:04}", index);
+        const std::string image = files.name + ".exr";
+        files.color = inputs / "color" / name / image;
+        files.depth = inputs / "depth" / name / image;
+        files.motion = inputs / "motion" / name / image;
+        files.reference = root / "ground_truth" / name / image;
+        return files;
+    }
+    std::filesystem::path description() const override { return description_; }
+    void describe(const Sequence& sequence) const override {
+        nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+        for (const FrameFiles& frame : sequence.frames) {
+            const double x = frame.jitter.x, y = frame.jitter.y;
+            const Size size = sequence.render_size;
+            frames.push_back({{"CameraNearPlane", frame.near_plane},
+                              {"CameraFarPlane", frame.far_plane},
+                              {"CameraCut", frame.reset},
+                              {"Exposure", frame.exposure},
+                              {"Jitter", {{"X", x}, {"Y", y}}},
+                              {"NormalizedPerRatioJitter", {{{"X", x / size.width}, {"Y", y / size.height}}}}});
+        }
+        const nlohmann::ordered_json json = {{"EmulatedFramerate", sequence.frame_rate},
+                                             {"ReverseZ", sequence.depth.reversed},
+                                             {"UpscalingRatiosIndices", {{ratio_name(sequence.scale) + "_index", 0}}},
+                                             {"Frames", std::move(frames)}};
+        const std::string text = json.dump(1) + "\n";
+        write_file_atomically(description_, std::as_bytes(std::span(text)));
+    }
+
+  private:
+    std::filesystem::path description_;
+};
+
+}  // namespace
+
+std::unique_ptr<OutputLayout> nss_output(const std::filesystem::path& description) {
+    if (description.extension() != ".json")
+        fail(ErrorKind::invalid_argument, "{} is not the description of an NSS capture: <dataset>/<sequence>.json",
+             description.string());
+    return std::make_unique<NssOutput>(description);
 }
 
 }  // namespace clarus::io

@@ -1,7 +1,12 @@
 #include "io/qrisp.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <ranges>
+#include <span>
 
 #include "base/error.h"
 #include "io/file.h"
@@ -11,6 +16,9 @@ namespace clarus::io {
 namespace {
 
 constexpr uintmax_t largest_camera_file = 1 << 20;  // bytes
+
+constexpr const char* not_a_segment =
+    "{} is not the folder of a QRISP segment: <scene>/<540p|360p|270p>/MipBias…Jittered/0000";
 
 /// The parts of `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`.
 struct Segment {
@@ -32,6 +40,28 @@ std::optional<Segment> split(const std::filesystem::path& path) {
     if (segment.scale == 0 || !segment.rendering.starts_with("MipBias") || !segment.rendering.ends_with("Jittered"))
         return std::nullopt;
     return segment;
+}
+
+void set_conventions(Sequence& sequence) {
+    sequence.color_space = ColorSpace::srgb;
+    sequence.depth = {};
+    sequence.depth_storage = DepthStorage::packed_rgba8;
+    sequence.motion = {
+        .unit = MotionUnit::uv, .from_previous = true, .y_up = true, .jittered = true, .sampled_at_jitter = true};
+}
+
+FrameFiles files_of(const Segment& segment, const std::filesystem::path& folder, const std::string& name) {
+    FrameFiles files;
+    files.name = name;
+    files.color = folder / (name + ".png");
+    files.depth = segment.resolution / ("Depth" + segment.rendering) / segment.name / (name + ".png");
+    files.motion = segment.resolution / ("MotionVectors" + segment.rendering) / segment.name / (name + ".exr");
+    files.reference = segment.scene / "1080p" / "Enhanced" / segment.name / (name + ".png");
+    return files;
+}
+
+std::filesystem::path camera_file(const Segment& segment, const std::string& name) {
+    return segment.resolution / "CameraData" / segment.name / (name + ".json");
 }
 
 bool is_frame_name(const std::string& stem) {
@@ -64,32 +94,17 @@ bool looks_like_qrisp(const std::filesystem::path& segment) { return split(segme
 
 Sequence read_qrisp(const std::filesystem::path& path) {
     const std::optional<Segment> segment = split(path);
-    if (!segment)
-        fail(ErrorKind::file, "{} is not the folder of a QRISP segment: <scene>/<540p|360p|270p>/MipBias…Jittered/0000",
-             path.string());
+    if (!segment) fail(ErrorKind::file, not_a_segment, path.string());
 
     Sequence sequence;
     sequence.folder = path;
     sequence.scale = segment->scale;
-    sequence.color_space = ColorSpace::srgb;
-    sequence.depth_storage = DepthStorage::packed_rgba8;
-    sequence.motion = {
-        .unit = MotionUnit::uv, .from_previous = true, .y_up = true, .jittered = true, .sampled_at_jitter = true};
-
-    const auto depth = segment->resolution / ("Depth" + segment->rendering) / segment->name;
-    const auto motion = segment->resolution / ("MotionVectors" + segment->rendering) / segment->name;
-    const auto camera = segment->resolution / "CameraData" / segment->name;
-    const auto reference = segment->scene / "1080p" / "Enhanced" / segment->name;
-    const bool has_depth = is_directory(depth), has_motion = is_directory(motion),
-               has_reference = is_directory(reference);
+    set_conventions(sequence);
     for (const std::string& name : frame_names(path)) {
-        FrameFiles frame;
-        frame.name = name;
-        frame.color = path / (name + ".png");
-        if (has_depth) frame.depth = depth / (name + ".png");
-        if (has_motion) frame.motion = motion / (name + ".exr");
-        if (has_reference) frame.reference = reference / (name + ".png");
-        frame.jitter = read_jitter(camera / (name + ".json"));
+        FrameFiles frame = files_of(*segment, path, name);
+        for (auto file : {&FrameFiles::depth, &FrameFiles::motion, &FrameFiles::reference})
+            if (!is_directory((frame.*file).parent_path())) (frame.*file).clear();
+        frame.jitter = read_jitter(camera_file(*segment, name));
         sequence.frames.push_back(std::move(frame));
     }
     sequence.frames.front().reset = true;
@@ -105,6 +120,64 @@ Pixels unpack_depth(const Pixels& packed) {
         depth.values.push_back(static_cast<float>(rgba[0] + (rgba[1] + (rgba[2] + rgba[3] / 255.0) / 255.0) / 255.0));
     }
     return depth;
+}
+
+Pixels pack_depth(const Pixels& depth) {
+    constexpr uint64_t one = uint64_t{255} * 255 * 255 * 255;
+    Pixels packed{depth.size, 4, {}};
+    packed.values.reserve(4 * depth.values.size());
+    for (const float value : depth.values) {
+        auto units = static_cast<uint64_t>(std::llround(value * static_cast<double>(one)));
+        std::array<float, 4> rgba;
+        uint64_t weight = one;
+        for (float& byte : rgba) {
+            weight /= 255;
+            const uint64_t digit = std::min<uint64_t>(units / weight, 255);  // 1 is 255 of the first, not 256
+            units -= digit * weight;
+            byte = static_cast<float>(digit) / 255;
+        }
+        packed.values.insert(packed.values.end(), rgba.begin(), rgba.end());
+    }
+    return packed;
+}
+
+namespace {
+
+class QrispOutput : public OutputLayout {
+  public:
+    QrispOutput(std::filesystem::path folder, Segment segment)
+        : folder_(std::move(folder)), segment_(std::move(segment)) {}
+
+    void prescribe(Sequence& sequence) const override {
+        if (sequence.scale != segment_.scale)
+            fail(ErrorKind::invalid_argument, "{} is the folder of a QRISP segment with the scale {}, not {}",
+                 folder_.string(), segment_.scale, sequence.scale);
+        sequence.folder = folder_;
+        set_conventions(sequence);
+    }
+    FrameFiles place(const Sequence&, size_t index) const override {
+        return files_of(segment_, folder_, fmt::format("{:04}", index));
+    }
+    std::filesystem::path description() const override { return camera_file(segment_, "0000"); }
+    void describe(const Sequence& sequence) const override {
+        for (const FrameFiles& frame : sequence.frames | std::views::reverse) {
+            const nlohmann::json json = {{"jitter_offset", {{"x", -frame.jitter.x}, {"y", frame.jitter.y}}}};
+            const std::string text = json.dump(1) + "\n";
+            write_file_atomically(camera_file(segment_, frame.name), std::as_bytes(std::span(text)));
+        }
+    }
+
+  private:
+    std::filesystem::path folder_;
+    Segment segment_;
+};
+
+}  // namespace
+
+std::unique_ptr<OutputLayout> qrisp_output(const std::filesystem::path& segment) {
+    std::optional<Segment> parts = split(segment);
+    if (!parts) fail(ErrorKind::invalid_argument, not_a_segment, segment.string());
+    return std::make_unique<QrispOutput>(segment, *std::move(parts));
 }
 
 }  // namespace clarus::io

@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "io/native.h"
 #include "io/nss.h"
+#include "io/output_layout.h"
 #include "io/qrisp.h"
 
 namespace clarus::io {
@@ -39,6 +40,12 @@ Sequence read_sequence(const std::filesystem::path& path, Layout layout, double 
     } catch (const std::filesystem::filesystem_error& error) {
         fail(ErrorKind::file, "cannot read {}: {}", error.path1().string(), error.code().message());
     }
+}
+
+std::unique_ptr<OutputLayout> output_layout(const std::filesystem::path& path, Layout layout) {
+    if (layout == Layout::qrisp) return qrisp_output(path);
+    if (layout == Layout::nss) return nss_output(path);
+    return native_output(path);
 }
 
 }  // namespace clarus::io

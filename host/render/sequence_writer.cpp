@@ -1,91 +1,158 @@
 #include "render/sequence_writer.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_invoke.h>
+#include <tbb/parallel_for_each.h>
 
+#include <algorithm>
 #include <cstddef>
-#include <ranges>
+#include <optional>
+#include <set>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
+#include "io/encode.h"
 #include "io/file.h"
+#include "io/json_reader.h"
 
 namespace clarus::render {
 namespace fs = std::filesystem;
+namespace {
 
-SequenceWriter::SequenceWriter(fs::path folder, const RenderSettings& settings, double scale, bool replace) {
-    sequence_.folder = std::move(folder);
-    sequence_.render_size = settings.render_size;
-    sequence_.scale = scale;
-    sequence_.frame_rate = frame_rate;
-    sequence_.color_space = settings.hdr ? ColorSpace::linear : ColorSpace::srgb;
-    sequence_.motion.sampled_at_jitter = !settings.motion_at_centre;
+std::vector<fs::path> images(const io::FrameFiles& frame) {
+    std::vector<fs::path> files{frame.color, frame.depth, frame.motion};
+    if (!frame.reference.empty()) files.push_back(frame.reference);
+    for (const auto& [key, file] : frame.optional) files.push_back(file);
+    return files;
+}
 
-    const fs::path index = sequence_.folder / "sequence.json";
+void make_folder(const fs::path& folder) {
     std::error_code error;
-    if (fs::exists(index, error) && !replace) {
-        fail(ErrorKind::file, "{} holds a sequence already; give another folder, or --force to replace it",
-             sequence_.folder.string());
+    if (!folder.empty()) fs::create_directories(folder, error);
+    if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
+}
+
+/// Frames of an earlier sequence, which may have had more of them. Some layouts find their frames by looking.
+void remove_numbered_files(const fs::path& folder) {
+    const std::vector<fs::directory_entry> entries(fs::directory_iterator(folder), fs::directory_iterator{});
+    for (const fs::directory_entry& entry : entries) {
+        const std::string stem = entry.path().stem().string();
+        if (entry.is_regular_file() && stem.find_first_not_of("0123456789") == std::string::npos) fs::remove(entry);
     }
-    std::vector<fs::path> places = {sequence_.folder};
-    for (const char* kind : {"color", "depth", "motion"}) places.push_back(sequence_.folder / kind);
-    if (settings.reference_grid > 0) places.push_back(sequence_.folder / "reference");
-    try {
-        for (const fs::path& place : places) {
-            if (fs::create_directories(place, error)) made_.push_back(place);
-            if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", place.string(), error.message());
+}
+
+}  // namespace
+
+SequenceWriter::SequenceWriter(std::unique_ptr<io::OutputLayout> layout, io::Sequence sequence,
+                               const RenderSettings& settings, nlohmann::ordered_json recipe, bool replace)
+    : layout_(std::move(layout)),
+      sequence_(std::move(sequence)),
+      has_reference_(settings.reference_grid > 0),
+      has_output_buffers_(settings.output_buffers),
+      recipe_(std::move(recipe)),
+      unfinished_(layout_->description().replace_extension(".unfinished.json")) {
+    begin(replace);
+}
+
+void SequenceWriter::begin(bool replace) {
+    const fs::path description = layout_->description();
+    std::error_code error;
+    if (!replace && fs::exists(description, error)) {
+        fail(ErrorKind::file, "{} is there already; give another folder, or --force to replace the sequence",
+             description.string());
+    }
+    if (!replace && fs::exists(unfinished_, error)) {
+        const nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
+        const io::JsonNode root(record, unfinished_);
+        for (const auto& [key, value] : root["recipe"].members()) {
+            if (!recipe_.contains(key) || record["recipe"][key] != nlohmann::json(recipe_[key])) {
+                fail(ErrorKind::file,
+                     "{} is the beginning of another sequence: its {} is {}; give the same options to continue it, "
+                     "another folder, or --force to replace it",
+                     unfinished_.string(), key, record["recipe"][key].dump());
+            }
         }
-        // Shows whether the folder can be written to, and ends the old sequence, whose frames are about to go.
-        constexpr std::byte nothing{};
-        io::write_file_atomically(index, {&nothing, 1});
-        fs::remove(index);
-    } catch (...) {
-        remove_files();
-        throw;
+        frames_done_ = static_cast<size_t>(root["frames_done"].integer(0, 1 << 30));
     }
+    std::set<fs::path> folders{description.parent_path()};
+    for (const fs::path& image : images(files(0))) folders.insert(image.parent_path());
+    for (const fs::path& folder : folders) make_folder(folder);
+    // From here on the old sequence is none.
+    note_progress();
+    if (!replace) return;
+    fs::remove(description);
+    for (const fs::path& folder : folders) remove_numbered_files(folder);
 }
 
-SequenceWriter::~SequenceWriter() {
-    if (!finished_) remove_files();
+void SequenceWriter::note_progress() const {
+    const nlohmann::ordered_json record = {{"frames_done", frames_done_}, {"recipe", recipe_}};
+    const std::string text = record.dump(1) + "\n";
+    io::write_file_atomically(unfinished_, std::as_bytes(std::span(text)));
 }
 
-void SequenceWriter::remove_files() noexcept {
-    std::error_code ignored;
-    for (const fs::path& path : made_ | std::views::reverse) fs::remove(path, ignored);
+io::FrameFiles SequenceWriter::files(size_t index) const {
+    io::FrameFiles frame = layout_->place(sequence_, index);
+    if (!has_reference_) frame.reference.clear();
+    if (!has_output_buffers_) frame.optional.clear();
+    return frame;
 }
 
-fs::path SequenceWriter::new_file(const char* kind, const std::string& name) {
-    made_.push_back(sequence_.folder / kind / name);
-    return made_.back();
+void SequenceWriter::add(const io::FrameFiles& description, const std::function<RenderedFrame()>& render) {
+    const size_t index = sequence_.frames.size();
+    io::FrameFiles frame = files(index);
+    frame.jitter = description.jitter;
+    frame.reset = description.reset || index == 0;
+    frame.near_plane = description.near_plane;
+    frame.far_plane = description.far_plane;
+    frame.camera = description.camera;
+    const auto exists = [](const fs::path& file) { return fs::exists(file); };
+    if (index >= frames_done_ || !std::ranges::all_of(images(frame), exists)) {
+        write(frame, render());
+        frames_done_ = index + 1;
+        note_progress();
+    }
+    sequence_.frames.push_back(std::move(frame));
 }
 
-void SequenceWriter::add(const RenderedFrame& frame, Vec2 jitter) {
-    const bool hdr = sequence_.color_space == ColorSpace::linear;
-    const io::SampleType picture_type = hdr ? io::SampleType::f16 : io::SampleType::u8;
-    io::FrameFiles files;
-    files.name = fmt::format("{:04}", sequence_.frames.size());
-    files.jitter = jitter;
-    files.reset = sequence_.frames.empty();
-    const std::string picture = files.name + (hdr ? ".exr" : ".png"), data = files.name + ".exr";
-    files.color = new_file("color", picture);
-    files.depth = new_file("depth", data);
-    files.motion = new_file("motion", data);
-    if (!frame.reference.values.empty()) files.reference = new_file("reference", picture);
-    tbb::parallel_invoke(
+void SequenceWriter::write(const io::FrameFiles& frame, const RenderedFrame& images) const {
+    const Vec2 previous_jitter = sequence_.frames.empty() ? frame.jitter : sequence_.frames.back().jitter;
+    const io::SampleType picture =
+        sequence_.color_space == ColorSpace::linear ? io::SampleType::f16 : io::SampleType::u8;
+    const bool packed = sequence_.depth_storage == io::DepthStorage::packed_rgba8;
+    io::Sequence without_jitter = sequence_;
+    without_jitter.motion.jittered = false;
+
+    std::vector<std::function<void()>> writes = {
+        [&] { io::write_image(frame.color, images.color, picture); },
         [&] {
-            io::write_image(files.color, frame.color, picture_type);
-            io::write_image(files.depth, frame.depth, io::SampleType::f32);
-            io::write_image(files.motion, frame.motion, io::SampleType::f32);
+            io::write_image(frame.depth, io::encode_depth(images.depth, sequence_, frame),
+                            packed ? io::SampleType::u8 : io::SampleType::f32);
         },
         [&] {
-            if (!files.reference.empty()) io::write_image(files.reference, frame.reference, picture_type);
+            io::write_image(frame.motion, io::encode_motion(images.motion, sequence_, frame.jitter, previous_jitter),
+                            io::SampleType::f32);
+        }};
+    if (has_reference_) writes.push_back([&] { io::write_image(frame.reference, images.reference, picture); });
+    if (has_output_buffers_) {
+        const auto& file = frame.optional;
+        writes.push_back([&] { io::write_image(file.at("reference_aliased"), images.aliased, picture); });
+        writes.push_back([&] {
+            io::write_image(file.at("reference_depth"), io::encode_depth(images.output_depth, sequence_, frame),
+                            io::SampleType::f32);
         });
-    sequence_.frames.push_back(std::move(files));
+        writes.push_back([&] {
+            io::write_image(file.at("reference_motion"),
+                            io::encode_motion(images.output_motion, without_jitter, {}, {}), io::SampleType::f32);
+        });
+    }
+    tbb::parallel_for_each(writes, [](const auto& write_one) { write_one(); });
 }
 
 void SequenceWriter::finish() {
-    io::write_sequence(sequence_, sequence_.folder);
-    finished_ = true;
+    layout_->describe(sequence_);
+    std::error_code ignored;
+    fs::remove(unfinished_, ignored);
 }
 
 }  // namespace clarus::render

@@ -1,35 +1,45 @@
 #pragma once
 
 #include <filesystem>
-#include <vector>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
 
+#include "io/output_layout.h"
 #include "io/sequence.h"
 #include "render/renderer.h"
 
 namespace clarus::render {
 
-/// Writes rendered frames as a sequence of the native layout (formats.md). `sequence.json` comes last, so that a folder
-/// that has one is whole; a writer that goes without `finish` takes its files with it.
+/// Writes rendered frames as a sequence. Its description comes last, so that a sequence that has one is whole. Until
+/// then `<description>.unfinished.json` beside it says what is being rendered and how many frames are done: a writer
+/// that is given the same again goes on from there.
 class SequenceWriter {
   public:
-    /// Makes the folder. Errors: file where it cannot be written to, or holds a sequence and `replace` is false.
-    SequenceWriter(std::filesystem::path folder, const RenderSettings& settings, double scale, bool replace);
-    ~SequenceWriter();
-    SequenceWriter(const SequenceWriter&) = delete;
-    SequenceWriter& operator=(const SequenceWriter&) = delete;
+    /// `sequence`: sizes, scale and conventions. `recipe`: an object that says all that the images depend on. Makes the
+    /// folders. Errors: file where they cannot be written to, or, unless `replace`, hold a sequence or the beginning of
+    /// one that has another recipe.
+    SequenceWriter(std::unique_ptr<io::OutputLayout> layout, io::Sequence sequence, const RenderSettings& settings,
+                   nlohmann::ordered_json recipe, bool replace);
 
-    /// Frames are numbered from 0 as they come.
-    void add(const RenderedFrame& frame, Vec2 jitter);
+    /// The next frame: what describes it (jitter, reset, planes, camera), and a function that renders it, called where
+    /// its images are not there already. Frames are numbered from 0 as they come.
+    void add(const io::FrameFiles& description, const std::function<RenderedFrame()>& render);
     /// After at least one frame.
     void finish();
 
   private:
-    std::filesystem::path new_file(const char* kind, const std::string& name);
-    void remove_files() noexcept;
+    io::FrameFiles files(size_t index) const;
+    void write(const io::FrameFiles& frame, const RenderedFrame& images) const;
+    void begin(bool replace);
+    void note_progress() const;
 
+    std::unique_ptr<io::OutputLayout> layout_;
     io::Sequence sequence_;
-    std::vector<std::filesystem::path> made_;  // files and folders, in the order they were made
-    bool finished_ = false;
+    bool has_reference_, has_output_buffers_;
+    nlohmann::ordered_json recipe_;
+    std::filesystem::path unfinished_;
+    size_t frames_done_ = 0;
 };
 
 }  // namespace clarus::render

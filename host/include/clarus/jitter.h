@@ -8,4 +8,8 @@ namespace clarus {
 /// each component in [−½, ½).
 Vec2 halton_jitter(int frame, int count);
 
+/// MNSS's sub-pixel pattern (conventions.md) for the scales 2 and 3: the centre of one of the scale² sub-pixels, in
+/// render pixels. `frame` ≥ 0. Errors: invalid_argument for another scale.
+Vec2 mnss_jitter(int frame, int scale);
+
 }  // namespace clarus
