@@ -8,11 +8,10 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/image_format.h"
 
 namespace clarus {
 namespace {
-
-size_t bytes_of(ElementType type) { return type == ElementType::u8 ? 1 : type == ElementType::f16 ? 2 : 4; }
 
 void check_format(std::string_view name, const ImageFormat& format, int least, int most) {
     if (format.channels < least || format.channels > most)
@@ -42,7 +41,7 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
         fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels, expected {}x{}", name, image.size.width,
              image.size.height, size.width, size.height);
     const size_t element = bytes_of(format.type);
-    const size_t tight = element * format.channels * size.width;
+    const size_t tight = tight_pitch(size, format);
     if (image.row_pitch != 0 && image.row_pitch < tight)
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is less than a row's {} bytes", name, image.row_pitch,
              tight);
@@ -51,8 +50,7 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
              element);
     if (image.host && image.offset != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
-    const size_t pitch = image.row_pitch ? image.row_pitch : tight;
-    if (image.buffer) check_buffer(name, image, pitch * (size.height - 1) + tight, context);
+    if (image.buffer) check_buffer(name, image, row_pitch(image, format) * (size.height - 1) + tight, context);
 }
 
 void check_optional(std::string_view name, const Image& image, Size render, Size output) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/image_format.h"
 #include "cl/error.h"
 
 namespace clarus::runtime {
@@ -12,11 +13,6 @@ namespace {
 
 using graph::Resource;
 using graph::Value;
-
-size_t bytes_of(const ImageFormat& format) {
-    const size_t element = format.type == ElementType::u8 ? 1 : format.type == ElementType::f16 ? 2 : 4;
-    return element * format.channels;
-}
 
 const ImageFormat& format_of(Resource resource, const UpscalerOptions& options) {
     switch (resource) {
@@ -29,9 +25,6 @@ const ImageFormat& format_of(Resource resource, const UpscalerOptions& options) 
     }
     return options.motion_format;
 }
-
-size_t tight_pitch(Size size, const ImageFormat& format) { return size.width * bytes_of(format); }
-size_t tight_bytes(Size size, const ImageFormat& format) { return size.height * tight_pitch(size, format); }
 
 cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
     return {{static_cast<cl_uint>(offset), static_cast<cl_uint>(pitch)}};
@@ -77,8 +70,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
         report();
     }
     const double written = static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
-    const double read =
-        static_cast<double>(output.width) * output.height * output.channels * runtime::bytes_of(output.storage);
+    const double read = static_cast<double>(output.width) * output.height * output.channels * bytes_of(output.storage);
     add_stage(present(output, options), "present", "present", 0, read + written).input_memories = {output.memory};
     upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
     read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
@@ -151,8 +143,7 @@ double Executor::ingest_bytes() const {
     for (const auto* destination : destinations(plan_.ingest)) {
         if (!*destination) continue;
         const TensorLayout& layout = **destination;
-        bytes +=
-            static_cast<double>(layout.width) * layout.height * layout.channels * runtime::bytes_of(layout.storage);
+        bytes += static_cast<double>(layout.width) * layout.height * layout.channels * bytes_of(layout.storage);
     }
     const auto read = [&](const std::optional<TensorLayout>& layout, Resource resource) {
         if (layout)
@@ -209,7 +200,7 @@ void Executor::bind_input(Resource resource, const Image& image, const std::opti
     const Size size{layout->width, layout->height};
     const ImageFormat& format = format_of(resource, options_);
     const size_t tight = tight_pitch(size, format);
-    const size_t pitch = image.row_pitch ? image.row_pitch : tight;
+    const size_t pitch = row_pitch(image, format);
     const int index = static_cast<int>(resource);
     Bindings& ingest = stages_.front().bindings;
     if (image.buffer) {
@@ -233,7 +224,7 @@ bool Executor::bind_target(const Image& image) {
     Bindings& present = stages_.back().bindings;
     if (image.buffer) {
         present.target = cl::Buffer(image.buffer, true);
-        present.target_offset = offset_and_pitch(image.offset, image.row_pitch ? image.row_pitch : tight);
+        present.target_offset = offset_and_pitch(image.offset, row_pitch(image, options_.output_format));
         return false;
     }
     if (!staging_output_())
@@ -263,7 +254,7 @@ void Executor::read_back(const Image& image) {
     const size_t tight = tight_pitch({output.width, output.height}, options_.output_format);
     const size_t rows = output.height;
     context_.queue().enqueueReadBufferRect(staging_output_, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
-                                           image.row_pitch ? image.row_pitch : tight, 0, image.host, nullptr,
+                                           row_pitch(image, options_.output_format), 0, image.host, nullptr,
                                            profiler_.event(read_back_stage_));
 }
 
