@@ -6,22 +6,11 @@
 
 #include "base/log.h"
 #include "cl/error.h"
+#include "cl/kernel_source.h"
 #include "cl/profile.h"
-#include "kernel_sources.h"
 
 namespace clarus::ocl {
 namespace {
-
-std::string_view kernel_file(std::string_view name) {
-    for (const KernelFile& file : kernel_files())
-        if (file.name == name) return file.text;
-    fail(ErrorKind::invalid_argument, "there is no kernel file '{}'", name);
-}
-
-// The #line directives make the compiler's messages name the file that a person can open.
-std::string with_common(std::string_view name, std::string_view source) {
-    return fmt::format("#line 1 \"common.clh\"\n{}\n#line 1 \"{}\"\n{}", kernel_file("common.clh"), name, source);
-}
 
 bool has_property(const cl::CommandQueue& queue, cl_command_queue_properties property) {
     return (queue.getInfo<CL_QUEUE_PROPERTIES>() & property) != 0;

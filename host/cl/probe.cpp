@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "cl/disk_cache.h"
 #include "cl/error.h"
+#include "cl/kernel_source.h"
 #include "cl/profile.h"
 
 namespace clarus::ocl {
@@ -18,7 +19,7 @@ using Values = std::array<cl_ushort, 4>;
 constexpr const char* claims_source = R"(
 kernel void probe(global ushort* values) {
     vstore_half(2.0f * vload_half(0, (global half*)values), 1, (global half*)values);
-#ifdef FP_FAST_FMAF
+#ifdef FAST_FMA  // as common.clh has it
     values[2] = 1;
 #endif
 #if defined(cl_khr_fp16) || !defined(__clang__)
@@ -42,7 +43,7 @@ constexpr cl_ushort half_one = 0x3c00;
 constexpr Values half_arithmetic_given = {0x6800, half_one, 0, 0};
 
 // What the kernel makes of the values; they come back as they were where it does not compile or run.
-Values run(const cl::Device& device, const char* source, Values values) {
+Values run(const cl::Device& device, const std::string& source, Values values) {
     try {
         const cl::Context context(device);
         const cl::CommandQueue queue(context, device);
@@ -65,8 +66,8 @@ bool is_simulator(const cl::Device& device) {
     return (device.getInfo<CL_DEVICE_TYPE>() & every) == every;
 }
 
-Abilities probe_now(const cl::Device& device) {
-    const Values claims = run(device, claims_source, claims_given);
+Abilities probe_now(const cl::Device& device, const std::string& claims_program) {
+    const Values claims = run(device, claims_program, claims_given);
     Abilities abilities{.half_storage = claims[1] == doubled, .half_arithmetic = false, .fast_fma = claims[2] == 1};
     if (claims[3] == 1 && !is_simulator(device))
         abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given)[2] == half_one;
@@ -77,10 +78,11 @@ Abilities probe_now(const cl::Device& device) {
 
 Abilities probe(const cl::Device& device) {
     const DiskCache cache(programs_directory());
-    const CacheKey key = cache_key({"abilities", claims_source, half_arithmetic_source, device_identity(device)});
+    const std::string claims_program = with_common("probe.cl", claims_source);
+    const CacheKey key = cache_key({"abilities", claims_program, half_arithmetic_source, device_identity(device)});
     if (const auto kept = cache.load(key); kept && kept->size() == 3)
         return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0};
-    const Abilities abilities = probe_now(device);
+    const Abilities abilities = probe_now(device, claims_program);
     // Every compiler has vload_half: where it fails, something else went wrong, which may pass.
     if (abilities.half_storage)
         cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma});
