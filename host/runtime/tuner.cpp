@@ -1,6 +1,8 @@
 #include "runtime/tuner.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -73,6 +75,23 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
     });
 }
 
+/// Keeps other processes and threads out as long as it lives. Where the file cannot be made, neither can what it
+/// guards.
+class FileLock {
+  public:
+    explicit FileLock(const std::string& path) : file_(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {
+        if (file_ >= 0) flock(file_, LOCK_EX);
+    }
+    ~FileLock() {
+        if (file_ >= 0) close(file_);
+    }
+    FileLock(const FileLock&) = delete;
+    FileLock& operator=(const FileLock&) = delete;
+
+  private:
+    int file_;
+};
+
 std::string file_for(const DeviceProfile& profile) {
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", profile.platform, profile.name, profile.driver_version,
                                              profile.compute_units, profile.opencl_version);
@@ -96,7 +115,7 @@ Selection built_in_selection(const Problem& problem, const DeviceProfile& profil
 }
 
 Tuner::Tuner(ocl::Context& context, Tuning mode) : context_(context), mode_(mode), path_(file_for(context.profile())) {
-    if (mode_ != Tuning::fixed) load();
+    if (mode_ != Tuning::fixed) results_ = stored();
 }
 
 Selection Tuner::select(const Problem& problem) {
@@ -149,30 +168,34 @@ Selection Tuner::measure(const Problem& problem) {
     return *best;
 }
 
-void Tuner::load() {
+Tuner::Results Tuner::stored() const {
     std::ifstream file(path_);
-    if (!file) return;
+    if (!file) return {};
     try {
+        Results results;
         const nlohmann::json document = nlohmann::json::parse(file);
         for (const auto& [key, entry] : document.at("results").items())
-            results_[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds")};
+            results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds")};
+        return results;
     } catch (const nlohmann::json::exception& error) {
         log(LogLevel::warning, "{} is not a tuning file ({}); starting anew", path_, error.what());
-        results_.clear();
+        return {};
     }
 }
 
-void Tuner::store() const {
+void Tuner::store() {
+    std::error_code ignored;
+    const std::filesystem::path path = path_;
+    std::filesystem::create_directories(path.parent_path(), ignored);
+    const FileLock lock(path_ + ".lock");
+    results_.merge(stored());  // what others have found since
     nlohmann::json document;
     document["device"] = context_.profile().name;
     document["driver"] = context_.profile().driver_version;
     for (const auto& [key, result] : results_)
         document["results"][key] = {
             {"implementation", result.implementation}, {"choices", result.choices}, {"seconds", result.seconds}};
-    std::error_code ignored;
-    const std::filesystem::path path = path_;
-    std::filesystem::create_directories(path.parent_path(), ignored);
-    const std::filesystem::path partial = fmt::format("{}.{}.partial", path_, getpid());  // two processes may store
+    const std::filesystem::path partial = path_ + ".partial";
     std::ofstream file(partial);
     file << document.dump(2) << '\n';
     file.close();

@@ -21,7 +21,7 @@ struct Selection {
 Selection built_in_selection(const Problem& problem, const DeviceProfile& profile);
 
 /// Chooses how operators run on one device and remembers what was measured, in a readable file a device under
-/// cache_directory()/tuning.
+/// cache_directory()/tuning. Processes that measure at the same time add to it.
 class Tuner {
   public:
     Tuner(ocl::Context& context, Tuning mode);
@@ -33,20 +33,21 @@ class Tuner {
     Selection select_without_measuring(const Problem& problem) const;
 
   private:
-    Selection measure(const Problem& problem);
-    void load();
-    void store() const;
-
     struct Result {
         std::string implementation;
         Choices choices;
         double seconds = 0;
     };
+    using Results = std::map<std::string, Result>;  // by problem
+
+    Selection measure(const Problem& problem);
+    Results stored() const;
+    void store();
 
     ocl::Context& context_;
     Tuning mode_;
     std::string path_;
-    std::map<std::string, Result> results_;  // by problem
+    Results results_;
 };
 
 }  // namespace clarus::runtime

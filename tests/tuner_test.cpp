@@ -1,0 +1,65 @@
+#include "runtime/tuner.h"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cache_folder.h"
+#include "io/file.h"
+#include "operator_harness.h"
+#include "temporary_folder.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::runtime;
+
+namespace {
+
+const graph::Parameters kParameters{4, 4};
+
+Problem convolution(int width) {
+    Problem problem;
+    problem.node.op = graph::Convolution{0, graph::Activation::none};
+    problem.node.shape = {4, 8, width};
+    problem.output = test::pixel_layout(problem.node.shape, Storage::f32);
+    problem.inputs = {problem.output};
+    problem.parameters = &kParameters;
+    return problem;
+}
+
+std::filesystem::path tuning_file(const TemporaryFolder& cache) {
+    for (const auto& entry : std::filesystem::directory_iterator(cache / "tuning"))
+        if (entry.path().extension() == ".json") return entry.path();
+    return {};
+}
+
+size_t findings(const TemporaryFolder& cache) {
+    return nlohmann::json::parse(io::read_file(tuning_file(cache))).at("results").size();
+}
+
+}  // namespace
+
+TEST_CASE("what tuners find at the same time adds up") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner one(test_device().context(), Tuning::measure), other(test_device().context(), Tuning::measure);
+    const Selection by_one = one.select(convolution(16));
+    const Selection by_other = other.select(convolution(24));  // which has not read what the first has written
+    CHECK(findings(folder) == 2);
+
+    const Tuner later(test_device().context(), Tuning::stored);
+    CHECK(later.select_without_measuring(convolution(16)).describe() == by_one.describe());
+    CHECK(later.select_without_measuring(convolution(24)).describe() == by_other.describe());
+}
+
+TEST_CASE("a damaged tuning file is replaced") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    const std::string whole = io::read_file(tuning_file(folder));
+    const std::string half = whole.substr(0, whole.size() / 2);
+    io::write_file_atomically(tuning_file(folder), std::as_bytes(std::span(half)));
+    Tuner(test_device().context(), Tuning::measure).select(convolution(24));
+    CHECK(findings(folder) == 1);
+}
