@@ -101,6 +101,8 @@ TEST_SUITE("small") {
         for (const Value layer : layers) CHECK(apart(layer, color));  // color is read last
         for (size_t layer = 2; layer < layers.size(); ++layer) CHECK(apart(layers[1], layers[layer]));
         for (const MemoryPlan::Place& each : plan.places) CHECK(each.offset % 128 == 0);
+        // While the fourth layer is made; the second is kept for its first channel.
+        CHECK(plan.live_at_worst == (3 + 64 + 8 + 32) * 64 * 32 * sizeof(float));
         CHECK(plan.bytes < 1.1 * plan.live_at_worst);
         size_t sum = 0;
         for (const MemoryPlan::Place& each : plan.places) sum += each.bytes;

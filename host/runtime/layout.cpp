@@ -78,7 +78,7 @@ class Placer {
             fail(ErrorKind::invalid_argument,
                  "{} channels of {}x{} pixels are more than a kernel can count; take a smaller size", shape.channels,
                  shape.width, shape.height);
-        memories_.push_back({bytes});
+        memories_.push_back({bytes, shape.elements() * bytes_of(storage)});
         return layout;
     }
 
@@ -121,7 +121,7 @@ class Placer {
         if (layout.memory < 0) throw std::logic_error("a state is made by a kernel");
         const int index = static_cast<int>(&state - graph_.states.data());
         memories_[layout.memory].state = index;
-        memories_.push_back({memories_[layout.memory].bytes, index, true});
+        memories_.push_back({memories_[layout.memory].bytes, memories_[layout.memory].values, index, true});
         layout.memory = static_cast<int>(memories_.size()) - 1;
         layouts_[state.previous] = layout;
     }

@@ -32,7 +32,8 @@ size_t memory_bytes(const TensorLayout& layout);
 std::string layout_options(const std::string& name, const TensorLayout& layout);
 
 struct Memory {
-    size_t bytes = 0;
+    size_t bytes = 0;       // with what pads cells and the end
+    size_t values = 0;      // bytes of the values alone
     int state = -1;         // index into Graph::states where it holds this frame's value of one, else −1
     bool previous = false;  // holds last frame's value of that state
 };

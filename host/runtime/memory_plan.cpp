@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace clarus::runtime {
 namespace {
@@ -23,7 +24,7 @@ struct Span {
 
 /// Bytes with the spans in which they are needed, and the memories that they serve.
 struct Block {
-    size_t bytes = 0;
+    size_t bytes = 0, values = 0;  // with and without padding
     std::vector<Span> spans;
     std::vector<int> memories;
     size_t offset = 0;
@@ -70,20 +71,21 @@ std::vector<Span> lifetimes(const LayoutPlan& plan) {
 std::vector<Block> make_blocks(const LayoutPlan& plan, const std::vector<Span>& spans, std::vector<bool>& alternates) {
     std::vector<Block> blocks;
     for (int memory = 0; memory < static_cast<int>(plan.memories.size()); ++memory)
-        if (plan.memories[memory].state < 0) blocks.push_back({plan.memories[memory].bytes, {spans[memory]}, {memory}});
+        if (const Memory& each = plan.memories[memory]; each.state < 0)
+            blocks.push_back({each.bytes, each.values, {spans[memory]}, {memory}});
 
     for (const graph::State& state : plan.graph.states) {
         const int previous = plan.layouts[state.previous].memory;
         const int next = plan.layouts[state.next].memory;
-        const size_t bytes = plan.memories[next].bytes;
+        const auto [bytes, values] = std::pair(plan.memories[next].bytes, plan.memories[next].values);
         const bool alternate = spans[previous].overlaps(spans[next]);
         alternates.push_back(alternate);
         if (alternate) {
             // Each is last frame's value in one frame and this frame's in the next.
-            blocks.push_back({bytes, {spans[previous], spans[next]}, {previous}});
-            blocks.push_back({bytes, {spans[previous], spans[next]}, {next}});
+            blocks.push_back({bytes, values, {spans[previous], spans[next]}, {previous}});
+            blocks.push_back({bytes, values, {spans[previous], spans[next]}, {next}});
         } else {
-            blocks.push_back({bytes, {spans[previous], spans[next]}, {previous, next}});
+            blocks.push_back({bytes, values, {spans[previous], spans[next]}, {previous, next}});
         }
     }
     return blocks;
@@ -122,7 +124,7 @@ size_t most_live(const std::vector<Block>& blocks, int moments) {
         for (const Block& block : blocks)
             if (std::any_of(block.spans.begin(), block.spans.end(),
                             [&](const Span& span) { return span.overlaps(now); }))
-                live += block.bytes;
+                live += block.values;
         most = std::max(most, live);
     }
     return most;

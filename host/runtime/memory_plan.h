@@ -16,7 +16,9 @@ struct MemoryPlan {
     std::vector<Place> places;     // one a memory
     std::vector<bool> alternates;  // one a state: its two memories change roles every frame; else they are one
     size_t bytes = 0;              // the arena's size
-    size_t live_at_worst = 0;      // the most that is needed at one moment: the floor for `bytes`
+    /// The most that the values needed at one moment take, without padding: the floor for `bytes`. What is concatenated
+    /// in one memory counts as a whole, from the first part that is written to the last that is read.
+    size_t live_at_worst = 0;
 };
 
 /// `alignment`: what every offset is a multiple of, in bytes. Inputs are written before the first node runs; the output
