@@ -2,9 +2,10 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -15,11 +16,14 @@
 #include <string>
 #include <vector>
 
+#include "clarus/error.h"
+#include "cli/output_folder.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/sequence.h"
 #include "metrics/display.h"
 #include "metrics/quality.h"
+#include "model_file.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -137,24 +141,6 @@ void check_refused(const Workplace& place, const Outcome& outcome, const std::st
     CHECK_MESSAGE(contains(outcome.err, culprit), outcome.err);
     CHECK(place.outputs().empty());
 }
-
-// A model file in parts: what its header says, and its tensors' bytes.
-struct ModelFile {
-    json header;
-    std::string body;
-
-    static ModelFile read(const fs::path& path) {
-        const std::string bytes = io::read_file(path);
-        uint64_t length = 0;
-        std::memcpy(&length, bytes.data(), sizeof length);
-        return {json::parse(bytes.substr(8, length)), bytes.substr(8 + length)};
-    }
-    std::string bytes() const {
-        const std::string text = header.dump();
-        const uint64_t length = text.size();
-        return std::string(reinterpret_cast<const char*>(&length), sizeof length) + text + body;
-    }
-};
 
 metrics::FrameQuality quality(const fs::path& image, const fs::path& reference) {
     return metrics::measure(metrics::display_values(io::read_image(image), ColorSpace::srgb),
@@ -326,6 +312,51 @@ TEST_CASE("motion that cannot be is counted and leaves no trace in later frames"
             if (!(value >= 0 && value <= 1)) FAIL(name << " holds " << value);
 }
 
+TEST_CASE("upscale warns once of jitter that the model has no kernels for") {
+    const Workplace place;
+    json description = place.description();
+    const auto warnings = [&](const std::string& model, std::array<double, frame_count> distances) {
+        for (int i = 0; i < frame_count; ++i)  // from the table's entry (-1/4, 1/6)
+            description["frames"][i]["jitter"] = {-0.25, 1.0 / 6 - distances[i]};
+        place.describe(description);
+        const Outcome outcome = place.upscale(model);
+        CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return outcome.err;
+    };
+    CHECK(warnings(network, {0, 0.009, 0.0005, 0}) == "");
+    const std::string warning = warnings(network, {0, 0.012, 0.034, 0.02});
+    CHECK_MESSAGE(contains(warning, "jitter up to 0.034 pixels away"), warning);
+    CHECK(std::count(warning.begin(), warning.end(), '\n') == 1);
+
+    const fs::path single = place / "single.safetensors";
+    ModelFile::read(network).with_single_entry().write(single);
+    CHECK(warnings(single, {0, 0.012, 0.034, 0.02}) == "");
+}
+
+TEST_CASE("an image that ends early ends the run at its frame") {
+    const Workplace place, whole;
+    const char* file = "";
+    SUBCASE("colour") { file = "color/0002.png"; }
+    SUBCASE("depth") { file = "depth/0002.exr"; }
+    SUBCASE("motion") { file = "motion/0002.exr"; }
+    SUBCASE("reference") { file = "reference/0002.png"; }
+    const fs::path damaged = place.sequence() / file;
+    fs::resize_file(damaged, fs::file_size(damaged) * 2 / 3);
+    REQUIRE(io::read_image_header(damaged).size.width > 0);  // so that it is met in the middle
+
+    REQUIRE(whole.upscale(network).exit_code == 0);
+    const Outcome outcome = place.upscale(network, {"--report", (place / "report.json").string()});
+    CHECK(outcome.exit_code == 1);
+    CHECK_MESSAGE(contains(outcome.err, file), outcome.err);
+    CHECK_FALSE(fs::exists(place / "report.json"));
+    const std::set<std::string> outputs = place.outputs();
+    CHECK(outputs.contains("0000.png"));
+    for (const std::string& name : outputs) {  // what was finished before stays, and is as it would have been
+        CHECK_MESSAGE(name < "0002.png", name);
+        CHECK(io::read_file(place.output() / name) == io::read_file(whole.output() / name));
+    }
+}
+
 TEST_CASE("compare prints the metrics of the files") {
     const Workplace place;
     REQUIRE(place.upscale("bicubic").exit_code == 0);
@@ -397,6 +428,19 @@ TEST_CASE("models and model describe what there is") {
     const Outcome none = run_tool({"model", "no-such-model"});
     CHECK(none.exit_code == 1);
     CHECK(contains(none.err, "no-such-model"));
+}
+
+TEST_CASE("models lists a damaged file with what is wrong, and goes on") {
+    const TemporaryFolder folder;
+    ModelFile::read(network).write(folder / "whole.safetensors");
+    std::ofstream(folder / "damaged.safetensors") << "nothing of the kind";
+    const Outcome list = run_tool_after("CLARUS_MODEL_PATH='" + folder.path().string() + "'", {"models"});
+    CHECK_MESSAGE(list.exit_code == 0, list.err);
+    const size_t damaged = list.out.find("\ndamaged "), whole = list.out.find("\nwhole ");
+    REQUIRE(damaged != std::string::npos);
+    CHECK(contains(list.out.substr(damaged, list.out.find('\n', damaged + 1) - damaged), "damaged.safetensors"));
+    CHECK(whole != std::string::npos);
+    CHECK(contains(list.out, "bicubic"));
 }
 
 TEST_CASE("wrong usage is told apart from failure") {
@@ -534,6 +578,7 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
     }
     SUBCASE("the report's folder cannot be made") {
         check_refused(place, place.upscale("bicubic", {"--report", "/proc/clarus/report.json"}), "/proc/clarus");
+        CHECK_FALSE(fs::exists(place.output()));  // made before, and gone again
     }
     SUBCASE("files may not grow") {                        // stands for a disk that fills while a frame is written
         REQUIRE(place.upscale("bicubic").exit_code == 0);  // so that the kernels are there
@@ -545,6 +590,56 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         CHECK_MESSAGE(contains(outcome.err, "0000.png"), outcome.err);
         CHECK(place.outputs().empty());
     }
+}
+
+TEST_CASE("a report, a trace or a description that the disk has no room for is not left half-written") {
+    const Workplace place;
+    const std::string full = "ulimit -f 4; trap '' XFSZ;";  // files of 2 KiB at most: single images, as a rule
+    SUBCASE("a report or a trace") {
+        for (const char* kind : {"color", "reference"})  // of little content
+            for (int i = 0; i < frame_count; ++i) {
+                const bool reference = kind == std::string("reference");
+                io::write_image(place.sequence() / kind / fmt::format("{:04}.png", i),
+                                noise(reference ? output_size : render_size, 3, 0, 0, 0), io::SampleType::u8);
+            }
+        REQUIRE(place.upscale("bicubic").exit_code == 0);  // so that the kernels are there
+        for (const char* option : {"--report", "--trace"}) {
+            const Outcome outcome = run_tool_after(
+                full, {"upscale", place.sequence().string(), "--model", "bicubic", "--output", place.output().string(),
+                       "--device", test_selector(), option, (place / "figures" / "file.json").string()});
+            CHECK(outcome.exit_code == 1);
+            CHECK_MESSAGE(contains(outcome.err, "file.json: File too large"), outcome.err);
+            CHECK_FALSE(fs::exists(place / "figures"));
+            CHECK(place.outputs() == all_png);
+        }
+    }
+    SUBCASE("a rendered sequence's description") {
+        const Outcome outcome = run_tool_after(full, {"render", "--size", "8x8", "--frames", "24", "--no-reference",
+                                                      "--output", (place / "rendered").string()});
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, "sequence.json: File too large"), outcome.err);
+        CHECK_FALSE(fs::exists(place / "rendered" / "sequence.json"));
+        for (const auto& entry : fs::recursive_directory_iterator(place / "rendered"))
+            CHECK_MESSAGE(entry.path().extension() != ".partial", entry.path());
+    }
+}
+
+TEST_CASE("a folder without enough free space is refused, and folders made for nothing go") {
+    const TemporaryFolder place;
+    {
+        cli::OutputFolders folders;
+        CHECK_THROWS_WITH_AS(folders.require(place / "a" / "b", UINTMAX_MAX), doctest::Contains("no space left in"),
+                             Error);
+        folders.require(place / "c" / "d", 1);
+        folders.require(place / "c" / "e/");
+        std::ofstream(place / "c" / "e" / "file") << "kept";
+        CHECK(fs::is_directory(place / "c" / "d"));
+    }
+    CHECK_FALSE(fs::exists(place / "a"));
+    CHECK_FALSE(fs::exists(place / "c" / "d"));
+    CHECK(fs::exists(place / "c" / "e" / "file"));
+    cli::OutputFolders().require(place / "c" / "e");
+    CHECK(fs::exists(place / "c" / "e"));
 }
 
 TEST_CASE("no device of that name") {

@@ -142,6 +142,14 @@ TEST_CASE("display values of linear HDR are exposed, tone-mapped and encoded") {
     CHECK(display.values[6] == doctest::Approx(12.92 * 0.002 / 1.002));
 }
 
+TEST_CASE("an exposure that makes light endless makes it white") {
+    const Pixels image{{1, 1}, 3, {1e30f, std::numeric_limits<float>::infinity(), 1e-37f}};
+    const Pixels display = metrics::display_values(image, ColorSpace::linear, 1e37f);
+    CHECK(display.values[0] == doctest::Approx(1));
+    CHECK(display.values[1] == doctest::Approx(1));
+    CHECK(display.values[2] < 1e-30f);
+}
+
 TEST_CASE("a sequence's quality is the mean of its frames'") {
     const Pixels black = constant({16, 16}, 0);
     const std::vector<metrics::FrameQuality> frames{metrics::measure(constant({16, 16}, 0.1f), black),

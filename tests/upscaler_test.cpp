@@ -8,8 +8,10 @@
 #include <random>
 #include <string>
 
+#include "cache_folder.h"
 #include "cl/context.h"
 #include "clarus/error.h"
+#include "clarus/log.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -273,6 +275,32 @@ TEST_CASE("a frame that cannot be enqueued does not spoil those after it") {
     CHECK(run(upscaler, inputs) == alone);  // it starts anew
 }
 
+TEST_CASE("an upscaler says once, in the end, how far jitter was from what its model has kernels for") {
+    std::vector<std::string> warnings;
+    set_log_callback([&](LogLevel level, std::string_view message) {
+        if (level == LogLevel::warning) warnings.emplace_back(message);
+    });
+    Inputs inputs(11);
+    const auto run_with = [&](std::initializer_list<float> distances) {
+        std::vector<float> output;
+        Upscaler first(test_device(), network(), kRender), upscaler = std::move(first);
+        FrameDescription frame = inputs.describe(output);
+        const float entry = frame.jitter.y;
+        for (const float distance : distances) {
+            frame.jitter.y = entry + distance;
+            upscaler.submit(frame).wait();
+        }
+        CHECK(warnings.empty());
+    };
+    run_with({});
+    run_with({0, 0.0005f, -0.009f});
+    CHECK(warnings.empty());
+    run_with({0.02f, 0.05f, -0.03f});
+    set_log_callback({});
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0].find("0.050 pixels") != std::string::npos);
+}
+
 TEST_CASE("the memory plan stays within a tenth of what is live at the worst moment") {
     for (const Size size : {Size{960, 540}, Size{61, 43}}) {
         const Upscaler upscaler(test_device(), network(), size);
@@ -283,9 +311,8 @@ TEST_CASE("the memory plan stays within a tenth of what is live at the worst mom
 }
 
 TEST_CASE("a second start compiles nothing, and a frame after the first neither") {
-    const TemporaryFolder cache;
-    const std::string before = cache_directory();
-    setenv("CLARUS_CACHE_DIR", cache.path().c_str(), 1);
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
     Inputs inputs(6);
     const auto start = [&] {
         const Device device = Device::open(test_selector());
@@ -297,26 +324,23 @@ TEST_CASE("a second start compiles nothing, and a frame after the first neither"
         return compiled;
     };
     const int first = start(), second = start();
-    setenv("CLARUS_CACHE_DIR", before.c_str(), 1);
     CHECK(first > 0);
     CHECK(second == 0);
 }
 
 TEST_CASE("measuring chooses kernels that compute the same, and remembers them") {
-    const TemporaryFolder cache;
-    const std::string before = cache_directory();
-    setenv("CLARUS_CACHE_DIR", cache.path().c_str(), 1);
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
     Inputs inputs(7);
     UpscalerOptions fixed, measured;
     fixed.tuning = Tuning::fixed;
     measured.tuning = Tuning::measure;
     Upscaler plain(test_device(), network(), kRender, fixed), tuned(test_device(), network(), kRender, measured);
     const std::vector<float> expected = run(plain, inputs), output = run(tuned, inputs);
-    setenv("CLARUS_CACHE_DIR", before.c_str(), 1);
     float largest = 0;
     for (size_t i = 0; i < expected.size(); ++i) largest = std::max(largest, std::abs(expected[i] - output[i]));
     CHECK(largest < 1e-4);
-    CHECK(std::filesystem::exists(cache / "tuning"));
+    CHECK(std::filesystem::exists(folder / "tuning"));
 }
 
 TEST_CASE("stages are profiled in the order in which they run") {

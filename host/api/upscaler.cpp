@@ -14,6 +14,12 @@
 #include "runtime/tuner.h"
 
 namespace clarus {
+namespace {
+
+// pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
+constexpr double kTrainedJitterDistance = 0.01;
+
+}  // namespace
 
 FrameEvent::FrameEvent(std::shared_ptr<const runtime::FrameResult> result) : result_(std::move(result)) {}
 
@@ -29,6 +35,9 @@ unsigned FrameEvent::invalid_motion_vectors() const {
 }
 
 struct Upscaler::State {
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+
     Device device;
     Model model;
     Size render_size, output_size;
@@ -50,6 +59,16 @@ struct Upscaler::State {
           tuner(device.context(), options.tuning) {
         check_options(options, graph);
         plan_with([&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });
+    }
+
+    /// Only now is the largest distance of the run known.
+    ~State() {
+        const double distance = executor ? executor->largest_jitter_distance() : 0;
+        if (distance > kTrainedJitterDistance)
+            log(LogLevel::warning,
+                "{} has no kernels for the jitter of some frames; the nearest it has are for a jitter up to {:.3f} "
+                "pixels away",
+                model.name(), distance);
     }
 
     void plan_with(const std::function<runtime::Selection(const runtime::Problem&)>& select) {

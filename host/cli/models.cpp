@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "clarus/error.h"
 #include "clarus/model.h"
 #include "cli/commands.h"
 #include "io/safetensors.h"
@@ -34,10 +35,14 @@ int64_t parameters(const io::Safetensors& tensors) {
 void print_models() {
     fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
     for (const std::string& name : Model::names()) {
-        const Model model = Model::find(name);
-        const io::Safetensors* tensors = model.tensors();
-        fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(),
-                   tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? parameters(*tensors) : 0);
+        try {
+            const Model model = Model::find(name);
+            const io::Safetensors* tensors = model.tensors();
+            fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(),
+                       tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? parameters(*tensors) : 0);
+        } catch (const Error& error) {
+            fmt::print("{:<16}  {}\n", name, error.what());
+        }
     }
 }
 

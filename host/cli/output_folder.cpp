@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <ranges>
 #include <string>
 #include <system_error>
 
@@ -11,10 +12,20 @@
 
 namespace clarus::cli {
 
-void require_writable_folder(const std::filesystem::path& folder, uintmax_t bytes) {
+OutputFolders::~OutputFolders() {
+    std::error_code not_empty;
+    for (const std::filesystem::path& folder : made_ | std::views::reverse) std::filesystem::remove(folder, not_empty);
+}
+
+void OutputFolders::require(const std::filesystem::path& folder, uintmax_t bytes) {
     std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
+    std::filesystem::path part;
+    for (const std::filesystem::path& name : folder) {
+        part /= name;
+        if (std::filesystem::is_directory(part, error)) continue;
+        if (std::filesystem::create_directory(part, error)) made_.push_back(part);
+        if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
+    }
 
     std::string probe = (folder / ".clarus-XXXXXX").string();
     const int file = mkstemp(probe.data());

@@ -11,9 +11,6 @@
 namespace clarus::cli {
 namespace {
 
-// pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
-constexpr double trained_jitter_distance = 0.01;
-
 const char* name_of(Precision precision) {
     switch (precision) {
         case Precision::fp32:
@@ -106,10 +103,6 @@ void RunReport::warn_of_input() const {
             "{} motion vectors in {} of {} frames are invalid (not finite, or longer than the "
             "image's diagonal); where they are used there is no history",
             vectors, affected, frames.size());
-    if (largest_jitter_distance > trained_jitter_distance)
-        log(LogLevel::warning,
-            "{} has no kernels for the jitter of some frames; the nearest it has are for a jitter {:.3f} pixels away",
-            model.name(), largest_jitter_distance);
 }
 
 void RunReport::print_summary() const {

@@ -119,12 +119,12 @@ void keep_description(const io::Sequence& sequence, const std::filesystem::path&
 }
 
 // Whatever can be known to fail does so here, before the first file is written.
-void prepare_folders(const UpscaleOptions& options, Size output_size) {
+void prepare_folders(OutputFolders& folders, const UpscaleOptions& options, Size output_size) {
     const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
-    require_writable_folder(options.output, largest_frame);
-    for (const std::string& view : options.views) require_writable_folder(options.output / "views" / view);
+    folders.require(options.output, largest_frame);
+    for (const std::string& view : options.views) folders.require(options.output / "views" / view);
     for (const std::filesystem::path& file : {options.trace, options.report})
-        if (!file.empty()) require_writable_folder(folder_of(file));
+        if (!file.empty()) folders.require(folder_of(file));
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -149,7 +149,8 @@ void upscale(const UpscaleOptions& options) {
     keep_inputs(sequence, options.output);
     keep_description(sequence, options.report);
     keep_description(sequence, options.trace);
-    prepare_folders(options, upscaler.output_size());
+    OutputFolders folders;
+    prepare_folders(folders, options, upscaler.output_size());
 
     const auto start = std::chrono::steady_clock::now();
     {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/error.h"
 
@@ -16,7 +17,7 @@ float srgb_transfer(float y) { return y < 0.0031308f ? 12.92f * y : 1.055f * std
 std::array<float, 3> encode(std::array<float, 3> color, float exposure) {
     for (float& value : color) {
         if (!(value > 0)) value = 0;  // NaN too
-        value = (std::isinf(value) ? infinity_becomes : value) * exposure;
+        value = std::min((std::isinf(value) ? infinity_becomes : value) * exposure, std::numeric_limits<float>::max());
     }
     const float brightest = std::max({color[0], color[1], color[2]});
     for (float& value : color) value = srgb_transfer(value / (1 + brightest));

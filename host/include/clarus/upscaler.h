@@ -80,7 +80,7 @@ struct FrameDescription {
 struct MemoryRequirements {
     size_t weights = 0;        // packed weights of every kernel
     size_t arena = 0;          // intermediates and recurrent state, shared by lifetime
-    size_t live_at_worst = 0;  // the sum of what is live at the worst moment: the floor for `arena`
+    size_t live_at_worst = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
     size_t staging = 0;        // copies of host images on the device, views kept
     size_t total() const { return weights + arena + staging; }
 };
@@ -149,7 +149,8 @@ class Upscaler {
     View view(const std::string& name) const;
 
     /// The most that a frame's jitter was away from the nearest jitter that the model has kernels for, in render
-    /// pixels. Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels").
+    /// pixels. Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels"); the
+    /// destructor then says so to the log callback, once.
     double largest_jitter_distance() const;
 
     /// Stages with their times since the last call; empty unless options.profile.
