@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <map>
 
 #include "base/error.h"
@@ -109,12 +110,14 @@ int run(int argc, char** argv) {
             by_convolutions = std::max(by_convolutions, item.operations / seconds);
     }
     const double peak = std::max({by_clpeak, by_sweep, by_convolutions});
-    const double bandwidth = copy.bytes / record.median("copy");
+    // Filtered out, it is no limit.
+    const double copy_seconds = record.median("copy");
+    const double bandwidth = copy_seconds > 0 ? copy.bytes / copy_seconds : std::numeric_limits<double>::infinity();
     fmt::print(
         "\nmultiply–add peak {:.1f} GFLOP/s: the most of a sweep ({:.1f}, {}), clpeak ({:.1f}), convolutions "
         "({:.1f})\n",
         1e-9 * peak, 1e-9 * by_sweep, widest, 1e-9 * by_clpeak, 1e-9 * by_convolutions);
-    fmt::print("copy bandwidth {:.1f} GB/s\n", 1e-9 * bandwidth);
+    if (copy_seconds > 0) fmt::print("copy bandwidth {:.1f} GB/s\n", 1e-9 * bandwidth);
 
     fmt::print("\nconvolution 3×3 at 960×540\n{:<52}{:>9}{:>10}{:>10}\n", "", "ms", "GFLOP/s", "of peak");
     for (const Item& item : convolutions) {
