@@ -205,7 +205,9 @@ void run(const Options& options) {
 void add_render_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand("render", "Render a sequence with the sample renderer");
     const auto options = std::make_shared<Options>();
-    command->add_option("--scene", options->scene, "Scene; the built-in one is \"demo\"")->capture_default_str();
+    std::string kinds = "Scene:";
+    for (const render::WorldKind& kind : render::world_kinds()) kinds += "\n" + kind.name + ": " + kind.description;
+    command->add_option("--scene", options->scene, kinds)->capture_default_str();
     command
         ->add_option("--path", options->path,
                      "Number from 0 that chooses the camera's path, and what stands and moves in the scene")

@@ -109,7 +109,7 @@ void SequenceWriter::add(const io::FrameFiles& description, const std::function<
     const auto exists = [](const fs::path& file) { return fs::exists(file); };
     if (index >= frames_done_ || !std::ranges::all_of(images(frame), exists)) {
         write(frame, render());
-        frames_done_ = index + 1;
+        frames_done_ = std::max(frames_done_, index + 1);
         note_progress();
     }
     sequence_.frames.push_back(std::move(frame));

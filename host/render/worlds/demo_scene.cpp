@@ -58,7 +58,7 @@ class Town {
         : scene_(scene),
           path_(path),
           random_(static_cast<uint64_t>(number) * 2),
-          palette_(scene, random_),
+          palette_(demo_palette(scene, random_)),
           paving_(static_cast<size_t>(number % 4)) {}
 
     void build() {

@@ -13,6 +13,7 @@ constexpr int takes = 5;
 constexpr size_t attempts = 30, attempts_an_idea = 10;
 constexpr int shortest_take = 24;
 constexpr double least_clearance = 0.3;  // metres
+constexpr int least_things = 5;          // different ones in the picture
 
 }  // namespace
 
@@ -53,7 +54,8 @@ double Film::quality(Scene& scene, const Shot& shot, int first, int last, double
         const CameraPose pose = shot(now.camera);
         const bool clear = clearance(scene, pose.position, 2 * least_clearance) > least_clearance;
         const View view = clear ? look(scene, pose) : View{};
-        (clear && view.close < 0.12 && view.empty < 0.7 ? good : bad) += 1;
+        const bool fit = clear && view.close < 0.12 && view.empty < 0.6 && view.things >= least_things;
+        (fit ? good : bad) += 1;
         if (checks - bad <= least * checks) break;
     }
     return static_cast<double>(good) / checks;

@@ -17,7 +17,7 @@ using Imath::V3f;
 World make_model_world(const std::filesystem::path& file, int path) {
     World world{std::make_unique<Scene>(), {}};
     Scene& scene = *world.scene;
-    Random random(seed_of(file.filename().string(), path));
+    Random random(seed_of(file.filename().string(), static_cast<uint64_t>(path)));
     scene.environment = daylight(random);
     const Model model = Importer(scene).load(file);
 

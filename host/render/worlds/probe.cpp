@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <set>
+#include <utility>
 
 namespace clarus::render {
 
 using Imath::V2d;
 using Imath::V3d;
 
-std::optional<double> distance_along(const Scene& scene, const V3d& from, const V3d& direction, double farthest) {
+namespace {
+
+RTCRayHit shoot(const Scene& scene, const V3d& from, const V3d& direction, double farthest) {
     RTCRayHit query{};
     query.ray.org_x = static_cast<float>(from.x);
     query.ray.org_y = static_cast<float>(from.y);
@@ -24,8 +27,15 @@ std::optional<double> distance_along(const Scene& scene, const V3d& from, const 
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcIntersect1(scene.embree(), &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return query.ray.tfar;
+    return query;
+}
+
+}  // namespace
+
+std::optional<double> distance_along(const Scene& scene, const V3d& from, const V3d& direction, double farthest) {
+    const RTCRayHit found = shoot(scene, from, direction, farthest);
+    if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return found.ray.tfar;
 }
 
 std::optional<double> ground_below(const Scene& scene, const V3d& from) {
@@ -47,16 +57,20 @@ double clearance(const Scene& scene, const V3d& from, double farthest) {
 
 View look(const Scene& scene, const CameraPose& pose) {
     constexpr Size grid{12, 8};
+    constexpr double share = 1.0 / (grid.width * grid.height);
     const Camera camera(pose, grid);
     View view;
+    std::set<std::pair<unsigned, unsigned>> things;
     for (int y = 0; y < grid.height; ++y) {
         for (int x = 0; x < grid.width; ++x) {
-            const auto distance =
-                distance_along(scene, camera.position(), camera.direction(V2d(x + 0.5, y + 0.5)), 10000);
-            if (!distance) view.empty += 1.0 / (grid.width * grid.height);
-            if (distance && *distance < 1) view.close += 1.0 / (grid.width * grid.height);
+            const RTCRayHit found = shoot(scene, camera.position(), camera.direction(V2d(x + 0.5, y + 0.5)), 10000);
+            const bool hit = found.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+            if (!hit) view.empty += share;
+            if (hit && found.ray.tfar < 1) view.close += share;
+            if (hit) things.emplace(found.hit.instID[0], found.hit.geomID);
         }
     }
+    view.things = static_cast<int>(things.size());
     return view;
 }
 

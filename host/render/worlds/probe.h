@@ -23,6 +23,7 @@ double clearance(const Scene& scene, const Imath::V3d& from, double farthest);
 struct View {
     double close = 0;  // nearer than a metre
     double empty = 0;  // sky
+    int things = 0;    // different meshes
 };
 View look(const Scene& scene, const CameraPose& pose);
 

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "render/random.h"
+#include "render/worlds/noise.h"
 
 namespace clarus::render {
 namespace {
@@ -16,60 +16,6 @@ using Imath::V2f;
 using Imath::V3f;
 
 constexpr float pi = std::numbers::pi_v<float>;
-
-float fraction(float x) { return x - std::floor(x); }
-float smooth(float t) { return t * t * (3 - 2 * t); }
-float step_between(float low, float high, float x) { return smooth(std::clamp((x - low) / (high - low), 0.0f, 1.0f)); }
-V3f mix(const V3f& a, const V3f& b, float t) { return a + (b - a) * t; }
-Rgba opaque(const V3f& c) { return {c.x, c.y, c.z, 1}; }
-
-/// In [0, 1), a number for a cell of a grid.
-float cell_value(int x, int y, int salt) {
-    Random random((static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32 | static_cast<uint32_t>(y)) * 64 +
-                  static_cast<uint64_t>(salt));
-    return static_cast<float>(random.uniform());
-}
-
-int wrap(int x, int period) { return (x % period + period) % period; }
-
-/// Value noise with `cells` by `cells` cells over [0, 1)², periodic.
-float noise(float u, float v, int cells_u, int cells_v, int salt) {
-    const float x = u * static_cast<float>(cells_u), y = v * static_cast<float>(cells_v);
-    const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
-    const auto corner = [&](int dx, int dy) {
-        return cell_value(wrap(left + dx, cells_u), wrap(top + dy, cells_v), salt);
-    };
-    const float fx = smooth(fraction(x)), fy = smooth(fraction(y));
-    const float upper = std::lerp(corner(0, 0), corner(1, 0), fx), lower = std::lerp(corner(0, 1), corner(1, 1), fx);
-    return std::lerp(upper, lower, fy);
-}
-
-/// Octaves of noise from `cells` upwards; mean ½.
-float fractal(float u, float v, int cells, int octaves, int salt) {
-    float sum = 0, weight = 0.5f, total = 0;
-    for (int octave = 0; octave < octaves; ++octave, cells *= 2, weight /= 2) {
-        sum += weight * noise(u, v, cells, cells, salt + octave);
-        total += weight;
-    }
-    return sum / total;
-}
-
-/// A place in a grid of bricks whose odd rows are shifted by half a brick.
-struct Brick {
-    int column, row;
-    float x, y;  // within the brick, [0, 1)
-    float edge;  // distance to the nearest edge, in rows
-};
-
-Brick brick_at(float u, float v, int columns, int rows, bool shifted) {
-    const float y = v * static_cast<float>(rows);
-    const int row = static_cast<int>(std::floor(y));
-    const float x = u * static_cast<float>(columns) + (shifted && row % 2 ? 0.5f : 0.0f);
-    const int column = static_cast<int>(std::floor(x));
-    const float fx = fraction(x), fy = fraction(y), aspect = static_cast<float>(rows) / static_cast<float>(columns);
-    const float edge = std::min(std::min(fx, 1 - fx) * aspect, std::min(fy, 1 - fy));
-    return {wrap(column, columns), wrap(row, rows), fx, fy, edge};
-}
 
 Rgba tiles(float u, float v) {
     const Brick tile = brick_at(u, v, 4, 4, false);

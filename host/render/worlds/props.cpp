@@ -42,7 +42,8 @@ void add_rod(Mesh& mesh, V3f a, V3f b, float radius, int sides = 6) {
 
 }  // namespace
 
-Palette::Palette(Scene& scene, Random& random) {
+Palette demo_palette(Scene& scene, Random& random) {
+    Palette palette;
     std::map<std::string_view, std::shared_ptr<const Texture>> drawn;
     const auto texture_of = [&](std::string_view name) {
         auto& texture = drawn[name];
@@ -61,37 +62,39 @@ Palette::Palette(Scene& scene, Random& random) {
     const auto colored = [&](float low, float high) {
         return V3f(between(random, low, high), between(random, low, high), between(random, low, high));
     };
-    tiles = glossy("tiles", V3f(1), 0.25f, 6, 0.02f);
-    slabs = glossy("concrete", {1.05f, 0.95f, 0.8f}, 0.2f, 5, 0.02f);
-    cobbles = glossy("cobbles", V3f(1), 0.1f, 4, 0);
-    asphalt = plain("asphalt");
-    lawn = plain("grass");
-    field = plain("grass", {1.1f, 1.0f, 0.8f});
-    brick = plain("brick");
-    plaster = plain("plaster", colored(0.75f, 1.1f));
-    planks = glossy("planks", V3f(1), 0.1f, 4, 0.01f);
-    concrete = plain("concrete");
-    bark = plain("bark");
-    leaves = holed("leaves", V3f(1));
-    blades = holed("blades", V3f(1));
-    lattice = holed("lattice", V3f(1));
-    white_paint = plain("plaster", V3f(1.05f));
-    rail = glossy("concrete", {0.25f, 0.30f, 0.32f}, 1, 6, 0.08f);
-    wire = plain("concrete", V3f(0.06f));
-    chrome = glossy("concrete", V3f(0.4f), 2, 8, 0.65f);
-    gold = glossy("plates", {1.2f, 0.75f, 0.22f}, 2, 7, 0.25f);
-    checker = glossy("checker", V3f(1), 1, 7, 0.04f);
-    sign = glossy("sign", V3f(1), 0.2f, 6, 0.02f);
-    stripes = plain("stripes");
-    rubber = plain("concrete", V3f(0.08f));
-    glass = glossy("concrete", {0.05f, 0.06f, 0.07f}, 3, 9, 0.12f);
-    lamp_glow = scene.add_material({.texture = texture_of("plaster"), .tint = {1, 0.9f, 0.6f}, .emission = 1.5f});
-    plates = glossy("plates", V3f(1), 0.5f, 5, 0.05f);
-    for (int& facade : facades) facade = plain("facade", colored(0.65f, 1.15f));
-    for (int& roof : roofs) roof = plain("shingles", colored(0.6f, 1.3f));
-    for (int& paint : paints) paint = glossy("plaster", colored(0.05f, 1.1f), 1.5f, 8, 0.05f);
-    for (int& foliage_kind : foliage)
+    palette.tiles = glossy("tiles", V3f(1), 0.25f, 6, 0.02f);
+    palette.slabs = glossy("concrete", {1.05f, 0.95f, 0.8f}, 0.2f, 5, 0.02f);
+    palette.cobbles = glossy("cobbles", V3f(1), 0.1f, 4, 0);
+    palette.asphalt = plain("asphalt");
+    palette.lawn = plain("grass");
+    palette.field = plain("grass", {1.1f, 1.0f, 0.8f});
+    palette.brick = plain("brick");
+    palette.plaster = plain("plaster", colored(0.75f, 1.1f));
+    palette.planks = glossy("planks", V3f(1), 0.1f, 4, 0.01f);
+    palette.concrete = plain("concrete");
+    palette.bark = plain("bark");
+    palette.leaves = holed("leaves", V3f(1));
+    palette.blades = holed("blades", V3f(1));
+    palette.lattice = holed("lattice", V3f(1));
+    palette.white_paint = plain("plaster", V3f(1.05f));
+    palette.rail = glossy("concrete", {0.25f, 0.30f, 0.32f}, 1, 6, 0.08f);
+    palette.wire = plain("concrete", V3f(0.06f));
+    palette.chrome = glossy("concrete", V3f(0.4f), 2, 8, 0.65f);
+    palette.gold = glossy("plates", {1.2f, 0.75f, 0.22f}, 2, 7, 0.25f);
+    palette.checker = glossy("checker", V3f(1), 1, 7, 0.04f);
+    palette.sign = glossy("sign", V3f(1), 0.2f, 6, 0.02f);
+    palette.stripes = plain("stripes");
+    palette.rubber = plain("concrete", V3f(0.08f));
+    palette.glass = glossy("concrete", {0.05f, 0.06f, 0.07f}, 3, 9, 0.12f);
+    palette.lamp_glow =
+        scene.add_material({.texture = texture_of("plaster"), .tint = {1, 0.9f, 0.6f}, .emission = 1.5f});
+    palette.plates = glossy("plates", V3f(1), 0.5f, 5, 0.05f);
+    for (int& facade : palette.facades) facade = plain("facade", colored(0.65f, 1.15f));
+    for (int& roof : palette.roofs) roof = plain("shingles", colored(0.6f, 1.3f));
+    for (int& paint : palette.paints) paint = glossy("plaster", colored(0.05f, 1.1f), 1.5f, 8, 0.05f);
+    for (int& foliage_kind : palette.foliage)
         foliage_kind = holed("leaves", {between(random, 0.7, 1.7), between(random, 0.7, 1.1), 1});
+    return palette;
 }
 
 Model tree(const Palette& palette, Random& random) {

@@ -5,15 +5,17 @@
 
 namespace clarus::render {
 
-/// The demo scene's materials, as indices into the scene's.
+/// What things are made of: materials, as indices into the scene's.
 struct Palette {
-    /// Adds them to the scene; `random` chooses among colours.
-    Palette(Scene& scene, Random& random);
-
-    int tiles, slabs, cobbles, asphalt, lawn, field, brick, plaster, planks, concrete, bark, leaves, blades, lattice;
-    int white_paint, rail, wire, chrome, gold, checker, sign, stripes, rubber, glass, lamp_glow, plates;
-    std::array<int, 4> facades, roofs, paints, foliage;
+    int tiles = 0, slabs = 0, cobbles = 0, asphalt = 0, lawn = 0, field = 0, brick = 0, plaster = 0, planks = 0,
+        concrete = 0, bark = 0, leaves = 0, blades = 0, lattice = 0;
+    int white_paint = 0, rail = 0, wire = 0, chrome = 0, gold = 0, checker = 0, sign = 0, stripes = 0, rubber = 0,
+        glass = 0, lamp_glow = 0, plates = 0;
+    std::array<int, 4> facades{}, roofs{}, paints{}, foliage{};
 };
+
+/// The demo scene's, added to the scene; `random` chooses among colours.
+Palette demo_palette(Scene& scene, Random& random);
 
 // Things to stand on the ground at the origin, y up, in metres. What looks different each time takes `random`.
 Model tree(const Palette& palette, Random& random);

@@ -145,15 +145,37 @@ Shot orbit(Random& random, const Target& target, double radius, double height, d
     };
 }
 
+Loop Loop::any(Random& random, const V2d& center, double radius) {
+    Loop loop{.center = center, .radius = radius};
+    loop.lobe2 = random.uniform(0, 0.25);
+    loop.lobe3 = random.uniform(0, 0.18);
+    loop.phase2 = random.uniform(0, 2 * pi);
+    loop.phase3 = random.uniform(0, 2 * pi);
+    return loop;
+}
+
+V2d Loop::place(double turn) const {
+    const double r = radius * (1 + lobe2 * std::sin(2 * turn + phase2) + lobe3 * std::sin(3 * turn + phase3));
+    return center + V2d(std::cos(turn), std::sin(turn)) * r;
+}
+
+bool Loop::passes(const V2d& spot, double thing_radius) const {
+    constexpr int steps = 256;
+    constexpr double free = 0.9;  // metres to either side
+    for (int i = 0; i < steps; ++i) {
+        if ((place(i * 2 * pi / steps) - spot).length() < thing_radius + free) return true;
+    }
+    return false;
+}
+
 Way roam(const Scene& scene, Random& random, const Stage& stage) {
-    const double radius = stage.reach * random.uniform(0.25, 0.75);
-    const double lobe2 = random.uniform(0, 0.25), lobe3 = random.uniform(0, 0.18);
-    const double phase2 = random.uniform(0, 2 * pi), phase3 = random.uniform(0, 2 * pi);
     const V2d center = stage.center + V2d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)) * stage.reach;
-    const auto place = [=](double turn) {
-        const double r = radius * (1 + lobe2 * std::sin(2 * turn + phase2) + lobe3 * std::sin(3 * turn + phase3));
-        return center + V2d(std::cos(turn), std::sin(turn)) * r;
-    };
+    Loop loop = Loop::any(random, center, stage.reach * random.uniform(0.25, 0.75));
+    if (!stage.loops.empty() && random.below(4)) {
+        loop = stage.loops[static_cast<size_t>(random.below(static_cast<int>(stage.loops.size())))];
+    }
+    const double radius = loop.radius;
+    const auto place = [loop](double turn) { return loop.place(turn); };
     // Heights along the way, smoothed as legs and tyres do.
     constexpr int count = 256, smoothing = 4;
     std::array<double, count> found;

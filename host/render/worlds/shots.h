@@ -31,17 +31,29 @@ Shot turn_fast(Random& random, const Imath::V3d& eye, double start_seconds);
 /// Around a point that may move.
 Shot orbit(Random& random, const Target& target, double radius, double height, double start_seconds);
 
+/// A closed winding line in the plane of x and z.
+struct Loop {
+    Imath::V2d center{0};
+    double radius = 10, lobe2 = 0, lobe3 = 0, phase2 = 0, phase3 = 0;
+
+    static Loop any(Random& random, const Imath::V2d& center, double radius);
+    Imath::V2d place(double turn) const;
+    /// Whether a thing of this radius would stand in the way of one who walks along.
+    bool passes(const Imath::V2d& spot, double thing_radius) const;
+};
+
 /// The part of a world in which cameras may be.
 struct Stage {
-    Imath::V2d center;      // x and z
-    double reach = 10;      // metres from there
-    double top = 20;        // of flights, above the ground
-    double look_from = 60;  // where to look for the ground from; below every ceiling
+    Imath::V2d center{0};       // x and z
+    double reach = 10;          // metres from there
+    double top = 20;            // of flights, above the ground
+    double look_from = 60;      // where to look for the ground from; below every ceiling
+    std::vector<Loop> loops{};  // ways that are free; where there are none, any way is tried
 };
-/// A winding way around the stage's middle, on its ground.
+/// A way on the stage's ground: one of its loops, or any.
 Way roam(const Scene& scene, Random& random, const Stage& stage);
-/// Every kind of shot there is, for worlds without ways of their own. `targets` may be empty. The scene and the stage
-/// must outlive the ideas.
+/// Every kind of shot there is, for worlds without ways of their own. `targets` may be empty. The scene must outlive
+/// the ideas.
 std::vector<ShotIdea> roaming_shots(const Scene& scene, const Stage& stage, const std::vector<Target>& targets);
 
 }  // namespace clarus::render

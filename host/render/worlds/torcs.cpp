@@ -245,7 +245,7 @@ World make_torcs_world(const std::string& name, int path) {
     for (Piece& piece : pieces) piece.look.highlight = 0;  // the same for tar, leaves and grass there
     const Track track(found->second, pieces);
 
-    Random random(seed_of(name, path));
+    Random random(seed_of(name, static_cast<uint64_t>(path)));
     World world{std::make_unique<Scene>(), {}};
     Scene& scene = *world.scene;
     scene.environment = daylight(random);

@@ -1,19 +1,35 @@
 #include "render/worlds/world.h"
 
+#include <charconv>
 #include <filesystem>
 
 #include "base/error.h"
 #include "render/worlds/demo_scene.h"
+#include "render/worlds/invented.h"
 #include "render/worlds/model_world.h"
 #include "render/worlds/torcs.h"
 
 namespace clarus::render {
+namespace {
+
+uint64_t seed_in(const std::string& name, std::string_view text) {
+    uint64_t seed = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+    if (error != std::errc() || end != text.data() + text.size()) {
+        fail(ErrorKind::invalid_argument, "\"{}\": what follows the colon is not a whole number from 0", name);
+    }
+    return seed;
+}
+
+}  // namespace
+
 std::vector<WorldKind> world_kinds() {
     std::string tracks;
     for (const std::string& track : torcs_tracks()) tracks += " " + track;
     if (tracks.empty()) tracks = " none yet, install torcs-data";
     return {
         {"demo", "a small town's square, another one for each path"},
+        {"procedural:SEED", "made up from a number: towns, woods, deserts, works, by day and night"},
         {"torcs:TRACK", "race cars on a track of Debian's torcs-data:" + tracks},
         {"FILE", "any model that assimp reads (glTF, OBJ, AC3D, ...), or TORCS' .acc"},
     };
@@ -26,7 +42,10 @@ World make_world(const std::string& name, int path) {
     }
     const size_t colon = name.find(':');
     const std::string kind = name.substr(0, colon), rest = colon == std::string::npos ? "" : name.substr(colon + 1);
-    if (colon != std::string::npos && kind == "torcs") return make_torcs_world(rest, path);
+    if (colon != std::string::npos) {
+        if (kind == "procedural") return make_invented_world(seed_in(name, rest), path);
+        if (kind == "torcs") return make_torcs_world(rest, path);
+    }
     if (std::filesystem::exists(name)) return make_model_world(name, path);
     std::string kinds;
     for (const WorldKind& known : world_kinds()) kinds += "\n  " + known.name + "  " + known.description;
