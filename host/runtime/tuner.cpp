@@ -200,7 +200,10 @@ void Tuner::store() {
     file << document.dump(2) << '\n';
     file.close();
     if (file) std::filesystem::rename(partial, path, ignored);
-    if (!file || ignored) log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
+    if (!file || ignored) {
+        std::filesystem::remove(partial, ignored);
+        log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
+    }
 }
 
 }  // namespace clarus::runtime
