@@ -62,16 +62,7 @@ class Sequence:
         return Frame(*images, self.jitter[t], self.motion_jitter[t])
 
     def _image(self, frame, name):
-        """The pixels [h, w, c]: uint8 as stored, anything else as float32."""
-        path = os.path.join(self.directory, frame[name])
-        specification = oiio.ImageSpec()
-        specification.attribute("oiio:UnassociatedAlpha", 1)
-        image = oiio.ImageInput.open(path, specification)
-        if image is None:
-            raise OSError(f"{path}: {oiio.geterror()}")
-        pixels = image.read_image("uint8" if str(image.spec().format) == "uint8" else "float")
-        image.close()
-        return pixels
+        return read_pixels(os.path.join(self.directory, frame[name]))
 
     def _display(self, frame, name):
         pixels = self._image(frame, name)[:, :, :3]
@@ -124,6 +115,18 @@ class Sequence:
                 motion = motion + np.float32(self.jitter[t - 1]) - np.float32(self.jitter[t])
             frames.append(motion)
         return np.stack(frames)
+
+
+def read_pixels(path):
+    """An image's pixels [h, w, c]: uint8 as stored, anything else as float32."""
+    specification = oiio.ImageSpec()
+    specification.attribute("oiio:UnassociatedAlpha", 1)
+    image = oiio.ImageInput.open(path, specification)
+    if image is None:
+        raise OSError(f"{path}: {oiio.geterror()}")
+    pixels = image.read_image("uint8" if str(image.spec().format) == "uint8" else "float")
+    image.close()
+    return pixels
 
 
 def find(directories):
