@@ -11,6 +11,7 @@ from . import losses, model_file, operators
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
 CLIPS = [8, 16]
+RATE = 2e-3
 MLP_LAYERS = 7
 
 

@@ -45,4 +45,8 @@ def ssim(output, reference):
         return 1 - ssim_map(output.float(), reference.float()).mean()
 
 
-LOSSES = {"l1": l1, "l1-l2": l1_l2, "ssim": ssim}
+def ssim_l1(output, reference):
+    return ssim(output, reference) + l1(output, reference)
+
+
+LOSSES = {"l1": l1, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}

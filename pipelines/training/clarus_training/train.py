@@ -41,12 +41,14 @@ def parse():
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16, where the device is faster with it")
     parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
+    parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
+    parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
     parser.add_argument("--clip", type=int, nargs="+", help="lengths of clips, taken in turn")
     parser.add_argument("--crop", type=int, default=64, help="edge of a crop, in render pixels")
     parser.add_argument("--no-turns", action="store_true", help="leave images as they are, neither mirrored nor transposed")
     parser.add_argument("--no-tints", action="store_true", help="leave colours as they are")
-    parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--rate", type=float, help="in place of the pipeline's own")
     parser.add_argument("--last-rate", type=float, default=1e-5)
     parser.add_argument("--decay", type=float, default=0.0, help="AdamW's weight decay")
     parser.add_argument("--ema", type=float, default=0.999, help="of the averaged weights that are evaluated and exported")
@@ -83,11 +85,12 @@ class Training:
     def __init__(self, arguments):
         self.arguments = arguments
         self.pipeline = PIPELINES[arguments.pipeline]
+        self.rate = arguments.rate or self.pipeline.RATE
         self.shape = self.pipeline.shape(arguments)
         torch.manual_seed(arguments.seed)
         self.network = self.pipeline.create(**self.shape).to(arguments.device, memory_format=torch.channels_last)
         self.optimizer = torch.optim.AdamW(
-            self.pipeline.parameter_groups(self.network, arguments), lr=arguments.rate, weight_decay=arguments.decay
+            self.pipeline.parameter_groups(self.network, arguments), lr=self.rate, weight_decay=arguments.decay
         )
         self.average = Average(self.network, arguments.ema)
         self.chance = random.Random(arguments.seed)
@@ -136,7 +139,7 @@ class Training:
 
     def step(self, clips):
         arguments = self.arguments
-        rate = arguments.last_rate + (arguments.rate - arguments.last_rate) * (1 + math.cos(math.pi * self.progress)) / 2
+        rate = arguments.last_rate + (self.rate - arguments.last_rate) * (1 + math.cos(math.pi * self.progress)) / 2
         rate *= min(1, (self.iteration + 1) / 100)  # Adam's second moments need a few steps to mean something
         for group in self.optimizer.param_groups:
             group["lr"] = rate * group.get("share", 1)
