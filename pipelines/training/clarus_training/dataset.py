@@ -3,47 +3,95 @@
 import random
 
 import numpy as np
+import torch
 
+from .frame import Frame
 from .operators import DILATE_BLOCK
 from .sequence import to_images
 
 
 class Clips:
-    """Batches of clips, cut at random from sequences with references.
+    """Batches of clips, cut at random from sequences with references, augmented in ways that keep the physics right.
 
-    The clips of a batch have the same jitters frame by frame, so that one set of predicted kernels serves them all. A
-    clip's first frame is a reset, as in use.
+    The clips of a batch have the same jitters frame by frame, so that one set of predicted kernels serves them all: they
+    are of any sequences that agree in them. A clip's first frame is a reset, as in use; where a later one is a reset, its
+    vectors are all invalid, which is the same.
+
+    `turn` mirrors and transposes a batch's images, motion and jitters. `tint` gives every clip, input and reference
+    alike, another brightness, contrast and colour.
     """
 
-    def __init__(self, sequences, length, crop, seed):
-        self.sequences, self.length, self.crop = sequences, length, crop
-        self.random = random.Random(seed)
-        self.starts = {}
+    def __init__(self, sequences, length, crop, turn=True, tint=True):
+        self.length, self.crop, self.turn, self.tint = length, crop, turn, tint
+        groups = {}
         for sequence in sequences:
+            if min(sequence.depth.shape[1:]) < crop:
+                raise SystemExit(f"{sequence.directory}: frames are smaller than a crop of {crop}")
             for t in range(len(sequence) - length + 1):
-                if not any(sequence.reset[t + 1 : t + length]):
-                    jitters = tuple((round(x, 5), round(y, 5)) for x, y in sequence.jitter[t : t + length])
-                    self.starts.setdefault(jitters, []).append((sequence, t))
-        if not self.starts:
+                jitters = np.round((sequence.jitter[t : t + length], sequence.motion_jitter[t : t + length]), 5)
+                key = (jitters.tobytes(), sequence.color.dtype, sequence.reference.dtype)
+                groups.setdefault(key, []).append((sequence, t))
+        if not groups:
             raise SystemExit(f"no clip of {length} frames in the data")
-        self.weights = [len(starts) for starts in self.starts.values()]
+        self.groups = list(groups.values())
+        self.weights = [len(group) for group in self.groups]
 
-    def batch(self, count, device="cpu"):
-        """(color, depth, motion, reference), each [T, N, C, h, w], and the T jitters."""
-        (starts,) = self.random.choices(list(self.starts.values()), self.weights)
-        chosen = [self.random.choice(starts) for _ in range(count)]
-        cuts = [self._cut(*clip) for clip in chosen]
+    def batch(self, count, chance, device="cpu"):
+        """`count` clips as a list of Frames, and their references [T, N, 3, H, W]. `chance` is a random.Random."""
+        (group,) = chance.choices(self.groups, self.weights)
+        chosen = [chance.choice(group) for _ in range(count)]
+        cuts = zip(*(self._cut(*clip, chance) for clip in chosen))
+        color, depth, motion, reference = (to_images(np.stack(parts, axis=1), device) for parts in cuts)
         sequence, t = chosen[0]
-        images = [to_images(np.stack(parts, axis=1), device) for parts in zip(*cuts)]
-        return images, sequence.jitter[t : t + self.length]
+        jitters = [sequence.jitter[t : t + self.length], sequence.motion_jitter[t : t + self.length]]
+        if self.turn:
+            flip = [chance.random() < 0.5, chance.random() < 0.5]
+            swap = chance.random() < 0.5
+            color, depth, reference = (turned(images, flip, swap) for images in (color, depth, reference))
+            motion = turned_vectors(turned(motion, flip, swap), flip, swap, axis=2)
+            jitters = turned_vectors(torch.tensor(jitters), flip, swap, axis=2).tolist()
+        if self.tint:
+            gain, offset = tints(count, chance, device)
+            for images in (color, reference):
+                images.mul_(gain).add_(offset)
+        return [Frame(*parts) for parts in zip(color, depth, motion, *(map(tuple, each) for each in jitters))], reference
 
-    def _cut(self, sequence, t):
+    def _cut(self, sequence, t, chance):
         height, width = sequence.depth.shape[1:]
-        crop_height, crop_width = min(self.crop, height), min(self.crop, width)
         # On multiples of a block, the dilated motion of the crop is that of the whole frame.
-        y = self.random.randint(0, (height - crop_height) // DILATE_BLOCK) * DILATE_BLOCK
-        x = self.random.randint(0, (width - crop_width) // DILATE_BLOCK) * DILATE_BLOCK
+        y = chance.randint(0, (height - self.crop) // DILATE_BLOCK) * DILATE_BLOCK
+        x = chance.randint(0, (width - self.crop) // DILATE_BLOCK) * DILATE_BLOCK
         s = sequence.scale
-        low = (slice(t, t + self.length), slice(y, y + crop_height), slice(x, x + crop_width))
-        high = (low[0], slice(s * y, s * (y + crop_height)), slice(s * x, s * (x + crop_width)))
-        return sequence.color[low], sequence.depth[low][..., None], sequence.motion[low], sequence.reference[high]
+        low = (slice(t, t + self.length), slice(y, y + self.crop), slice(x, x + self.crop))
+        high = (low[0], slice(s * y, s * (y + self.crop)), slice(s * x, s * (x + self.crop)))
+        motion = np.array(sequence.motion[low])
+        motion[np.array(sequence.reset[low[0]])] = np.nan
+        return sequence.color[low], sequence.depth[low][..., None], motion, sequence.reference[high]
+
+
+def turned(images, flip, swap):
+    """Mirrored along x, along y, and then transposed, as asked for: images [..., h, w]."""
+    axes = [axis for axis, asked in zip((-1, -2), flip) if asked]
+    images = images.flip(axes) if axes else images
+    return images.transpose(-1, -2) if swap else images
+
+
+def turned_vectors(vectors, flip, swap, axis):
+    """What becomes of (x, y) vectors, or jitters, along `axis` when `turned` is done to the images."""
+    sign = vectors.new_tensor([-1.0 if asked else 1.0 for asked in flip])
+    vectors = vectors * sign.view([-1] + [1] * (vectors.ndim - 1 - axis))
+    return vectors.flip(axis) if swap else vectors
+
+
+def tints(count, chance, device="cpu"):
+    """For every clip a gain and an offset [N, 3, 1, 1] that leave [0, 1] in [0, 1]; half of the clips stay as they are.
+
+    Being linear, they do to the mean of a reference pixel's samples what they do to a sample.
+    """
+    gain, offset = torch.ones(count, 3), torch.zeros(count, 3)
+    for n in range(count):
+        if chance.random() < 0.5:
+            common = chance.uniform(0.5, 1)
+            gain[n] = torch.tensor([common * chance.uniform(0.8, 1) for _ in range(3)])
+            offset[n] = chance.random() ** 2 * (1 - common)
+    return tuple(each[:, :, None, None].to(device) for each in (gain, offset))

@@ -1,14 +1,17 @@
 """ENSS (Mercier et al. 2023) as the specification's section "ENSS" has it."""
 
 import math
+from typing import NamedTuple, Optional
 
 import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import operators
+from . import losses, model_file, operators
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
+CLIPS = [8, 16]
+RATE = 2e-3
 MLP_LAYERS = 7
 
 
@@ -44,8 +47,21 @@ class KernelMlp(nn.Module):
         return self.layers[-1](self.hidden(self.layers[0].weight.new_tensor(jitters)))
 
 
+class Ahead(NamedTuple):
+    """What of a frame does not depend on history: its kernels, and where its blocks' history is found."""
+
+    kernels: dict
+    patches: tuple
+    valid: Optional[torch.Tensor]  # per block [N, 1, rows, columns]; None where all motion is
+
+
 class Enss(nn.Module):
-    """The network. `kernels`, a KernelTable or a KernelMlp, makes a list of K jitters into kernels [K, kernel_count]."""
+    """The network. `kernels`, a KernelTable or a KernelMlp, makes a list of K jitters into kernels [K, kernel_count].
+
+    Channels of `operators.space_to_depth` hold what has s² values for a render pixel, but for the state.
+    """
+
+    pipeline = "enss"
 
     def __init__(self, scale, features, middle, kernels):
         super().__init__()
@@ -53,36 +69,50 @@ class Enss(nn.Module):
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
 
-    def step(self, color, depth, motion, jitter, state=None, inside=None, kernels=None):
-        """One frame, batched: colour [N, 3, h, w], canonical depth and motion; `state` None after a reset.
+    def ahead(self, frames):
+        """For all of several frames of the same size at once."""
+        s, count = self.scale, len(frames)
+        kernels = split_kernels(self.kernels([frame.jitter for frame in frames]), s, self.features)
+        motion, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("motion", "depth"))
+        blocks = operators.dilate_blocks(motion, depth, s)
+        valid = torch.isfinite(blocks).all(dim=1, keepdim=True)
+        patches = operators.block_patches(blocks.masked_fill(~valid, 0), (s * depth.shape[2], s * depth.shape[3]))
+        return [
+            Ahead({name: tensor[t] for name, tensor in kernels.items()}, parts, None if mask.all() else mask)
+            for t, (parts, mask) in enumerate(zip(zip(*(part.chunk(count) for part in patches)), valid.chunk(count)))
+        ]
 
-        Returns the new state, (output, feature) at output resolution. `inside`, a dict, receives warped, alpha and
-        candidate. `kernels` are the jitter's, where the caller has them.
+    def step(self, frame, state=None, ahead=None, inside=None):
+        """One frame: the output and the new state, [N, 4, H, W] with the output and the feature. `state` None: a reset.
+
+        `ahead` is the frame's, where the caller has it. `inside`, a dict, receives warped, alpha and candidate.
         """
         s = self.scale
-        if state is None:
-            warped = operators.upsample(color, s, jitter)
-            warped = torch.cat((warped, torch.zeros_like(warped[:, :1])), dim=1)
-        else:
-
-            def fallback():
-                upsampled = operators.upsample(color, s, jitter)
-                return torch.cat((upsampled, torch.zeros_like(upsampled[:, :1])), dim=1)
-
-            warped = operators.warp(torch.cat(state, dim=1), operators.dilate(motion, depth, s), fallback)
-        planes = color.new_tensor(jitter)[None, :, None, None].expand(color.shape[0], 2, *color.shape[2:])
-        x = torch.cat((color, depth, planes, operators.space_to_depth(warped, s)), dim=1)
-        kernels = self.kernels([jitter])[0] if kernels is None else kernels
-        weights = split_kernels(kernels, s, self.features)
-        x = F.relu(F.conv2d(x, weights["first.weight"], weights["first.bias"], padding=1))
+        kernels, patches, valid = ahead or self.ahead([frame])[0]
+        color, history = frame.color, None
+        if state is None or valid is not None:
+            history = F.pad(operators.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
+        if state is not None:
+            warped = operators.WarpBlocks.apply(state, *patches)
+            if valid is not None:
+                warped = torch.where(operators.expand_blocks(valid, state.shape[2:]), warped, history)
+            history = warped
+        history = operators.space_to_depth(history, s)
+        planes = color.new_tensor(frame.jitter)[:, None, None].expand(color.shape[0], 2, *color.shape[2:])
+        x = torch.cat((color, frame.depth, planes, history), dim=1).contiguous(memory_format=torch.channels_last)
+        x = F.relu(F.conv2d(x, kernels["first.weight"], kernels["first.bias"], padding=1))
         for layer in self.body:
             x = F.relu(layer(x))
-        x = operators.depth_to_space(F.conv2d(x, weights["last.weight"], weights["last.bias"], padding=1), s)
-        alpha, candidate, feature = torch.sigmoid(x[:, :1]), x[:, 1:4], x[:, 4:]
-        output = (alpha * candidate + (1 - alpha) * warped[:, :3]).clamp(0, 1)
+        x = F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1).to(color.dtype).contiguous()
+        alpha, candidate, feature = x.split((s * s, 3 * s * s, s * s), dim=1)
+        alpha, warped = torch.sigmoid(alpha), history[:, : 3 * s * s]
+        blended = torch.lerp(*(image.unflatten(1, (-1, s * s)) for image in (warped, candidate, alpha)))
+        output = blended.flatten(1, 2).clamp(0, 1)
+        state = operators.depth_to_space(torch.cat((output, feature), dim=1), s)
         if inside is not None:
-            inside.update(warped=warped, alpha=alpha, candidate=candidate)
-        return output, feature
+            seen = dict(warped=history, alpha=alpha, candidate=candidate)
+            inside.update({name: operators.depth_to_space(image, s) for name, image in seen.items()})
+        return state[:, :3], state
 
 
 def kernel_shapes(scale, features):
@@ -112,6 +142,24 @@ def split_kernels(vector, scale, features):
 def join_kernels(kernels):
     """The inverse of `split_kernels` for one set of kernels."""
     return torch.cat([tensor.flatten() for tensor in kernels.values()])
+
+
+def shape(arguments):
+    if arguments.size not in SIZES:
+        raise SystemExit("an ENSS network is of --size s, m or l")
+    features, middle = SIZES[arguments.size]
+    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
+
+
+def parameter_groups(network, arguments):
+    """The MLP's weights apart: each moves a kernel by the sum of many of them, and so is to move less."""
+    common = [*network.body.parameters(), network.kernels.layers[-1].bias]
+    theirs = [p for p in network.kernels.parameters() if all(p is not other for other in common)]
+    return [{"params": common, "share": 1.0}, {"params": theirs, "share": arguments.mlp_rate}]
+
+
+def loss(network, frames, reference, criterion=None, progress=1.0):
+    return losses.of_clip(network, frames, reference, criterion or losses.l1)
 
 
 def create(scale, features, middle, hidden):
@@ -175,3 +223,45 @@ def starting_kernels(scale, features, jitter, noise):
                         kernels["last.weight"][(1 + c) * squared + dy * scale + dx, c, ky, kx] += weight
             kernels["last.bias"][dy * scale + dx] = 1 - 2 * scale * math.hypot(u, v)
     return join_kernels(kernels)
+
+
+def model_tensors(network, jitters=None, mlp=False, half=False):
+    """A table of kernels is baked for `jitters` where they are given, the network's own table is written where it has one.
+
+    The MLP is written where `mlp` asks for it, or nothing else would be there.
+    """
+    array = model_file.rounding(half)
+    tensors = {}
+    for i, layer in enumerate(network.body):
+        tensors[f"body.{i}.weight"], tensors[f"body.{i}.bias"] = array(layer.weight), array(layer.bias)
+    if isinstance(network.kernels, KernelTable):
+        jitters = network.kernels.jitters.tolist()
+    elif mlp or jitters is None:
+        for i, layer in enumerate(network.kernels.layers):
+            tensors[f"mlp.{i}.weight"], tensors[f"mlp.{i}.bias"] = array(layer.weight), array(layer.bias)
+    if jitters is not None:
+        table = network.kernels(jitters)
+        if len(jitters) > 1:  # a single entry serves every jitter
+            tensors["jitter"] = torch.tensor(jitters).numpy()
+        for name, kernels in split_kernels(table, network.scale, network.features).items():
+            tensors[name] = array(kernels)
+    return tensors, {"pipeline": "enss", "scale": str(network.scale), "features": str(network.features)}
+
+
+def load_model(tensors, metadata):
+    """The network of a model file's content; its table is used where it has one."""
+    scale, features = int(metadata["scale"]), int(metadata["features"])
+    middle = sum(name.startswith("body.") for name in tensors) // 2
+    if "first.weight" in tensors:
+        names = kernel_shapes(scale, features)
+        kernels = KernelTable(
+            tensors.get("jitter", torch.zeros(1, 2)), torch.cat([tensors[name].flatten(1) for name in names], dim=1)
+        )
+    else:
+        kernels = KernelMlp(kernel_count(scale, features), tensors["mlp.0.weight"].shape[0])
+        for i, layer in enumerate(kernels.layers):
+            layer.load_state_dict({"weight": tensors[f"mlp.{i}.weight"], "bias": tensors[f"mlp.{i}.bias"]})
+    network = Enss(scale, features, middle, kernels)
+    for i, layer in enumerate(network.body):
+        layer.load_state_dict({"weight": tensors[f"body.{i}.weight"], "bias": tensors[f"body.{i}.bias"]})
+    return network

@@ -1,43 +1,131 @@
-"""PSNR of a model and of bicubic as the clarus program computes them.
+"""What a model gains over bicubic on held-out sequences, as the clarus program computes both.
 
-python3 -m clarus_training.evaluate CLARUS MODEL SEQUENCE... [--device SELECTOR]
+python3 -m clarus_training.evaluate CLARUS MODEL MANIFEST DIRECTORY [--markdown] [--json FILE] [--device SELECTOR]
+
+DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means over its
+frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std is the
+specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
 """
 
 import argparse
 import json
+import os
 import subprocess
 import tempfile
 
+import numpy as np
 
-def measure(clarus, sequence, model, options):
-    """The report of `clarus compare` on what `clarus upscale` makes of a sequence."""
+from . import manifest
+from .sequence import read_pixels
+
+COLUMNS = {  # name: (heading, format)
+    "frames": ("frames", "d"),
+    "bicubic_psnr": ("bicubic PSNR", ".2f"),
+    "bicubic_ssim": ("SSIM", ".4f"),
+    "psnr": ("model PSNR", ".2f"),
+    "ssim": ("SSIM", ".4f"),
+    "gain": ("gain", "+.2f"),
+    "moving_gain": ("moving", "+.2f"),
+    "still_gain": ("still", "+.2f"),
+    "pixel_std": ("pixel std", ".2f"),
+}
+
+
+def run(command):
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if result.returncode:
+        raise SystemExit(f"{' '.join(command)}: {result.stderr.strip()}")
+    return result.stdout
+
+
+def measure(clarus, sequence, model, options, stills):
+    """Per frame {psnr, ssim}, and the mean pixel std over still segments, each a range of frames; None without any."""
     with tempfile.TemporaryDirectory() as output:
-        upscale = [clarus, "upscale", sequence, "--model", model, "--output", output, *options]
-        subprocess.run(upscale, check=True, stdout=subprocess.DEVNULL)
-        report = subprocess.run(
-            [clarus, "compare", output, sequence, "--json"], check=True, stdout=subprocess.PIPE, text=True
-        )
-    return json.loads(report.stdout)
+        run([clarus, "upscale", sequence, "--model", model, "--output", output, "--format", "exr", *options])
+        frames = json.loads(run([clarus, "compare", output, sequence, "--json"]))["frames"]
+        files = [os.path.join(output, f"{frame['name']}.exr") for frame in frames]
+        spreads = [pixel_std([read_pixels(file)[:, :, :3] for file in files[slice(*still)]]) for still in stills]
+    return frames, sum(spreads) / len(spreads) if spreads else None
+
+
+def pixel_std(images):
+    """The temporal standard deviation of every pixel and channel, times 255, averaged."""
+    return float(255 * np.stack(images).std(axis=0, dtype=np.float64).mean())
+
+
+def mean(values):
+    values = [value for value in values if value is not None]
+    return sum(values) / len(values) if values else None
+
+
+def figures_of(entry, model_frames, bicubic_frames, spread):
+    """A scene's row: the columns above by name, None where there is no such frame."""
+
+    def mean_over(frames, figure, indices):
+        return mean([frames[t][figure] for t in indices])
+
+    def gain(indices):
+        return mean([model_frames[t]["psnr"] - bicubic_frames[t]["psnr"] for t in indices])
+
+    every = range(len(model_frames))
+    return {
+        "scene": entry.name,
+        "thin": entry.thin,
+        "frames": len(model_frames),
+        "bicubic_psnr": mean_over(bicubic_frames, "psnr", every),
+        "bicubic_ssim": mean_over(bicubic_frames, "ssim", every),
+        "psnr": mean_over(model_frames, "psnr", every),
+        "ssim": mean_over(model_frames, "ssim", every),
+        "gain": gain(every),
+        "moving_gain": gain(entry.frames_of("moving")),
+        "still_gain": gain(entry.frames_of("still")),
+        "pixel_std": spread,
+    }
+
+
+def mean_row(rows):
+    means = {name: mean([row[name] for row in rows]) for name in COLUMNS}
+    return {"scene": "mean", "thin": False, **means, "frames": sum(row["frames"] for row in rows)}
+
+
+def table(rows, markdown):
+    cells = [["scene"] + [heading for heading, _ in COLUMNS.values()]]
+    for row in rows:
+        named = [row["scene"] + (" (thin features)" if row["thin"] else "")]
+        cells.append(named + ["–" if row[c] is None else format(row[c], form) for c, (_, form) in COLUMNS.items()])
+    if markdown:
+        cells.insert(1, ["---"] + ["--:"] * len(COLUMNS))
+        return "\n".join(f"| {' | '.join(line)} |" for line in cells)
+    widths = [max(map(len, column)) for column in zip(*cells)]
+    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in cells)
 
 
 def main():
-    parser = argparse.ArgumentParser(description="PSNR of a model and of bicubic, from the clarus program.")
+    parser = argparse.ArgumentParser(description="PSNR, SSIM, gain and pixel std from the clarus program.")
     parser.add_argument("clarus", help="the clarus program")
     parser.add_argument("model", help="a model's name or file")
-    parser.add_argument("sequences", nargs="+")
+    parser.add_argument("manifest")
+    parser.add_argument("directory")
     parser.add_argument("--device", default="auto")
+    parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
+    parser.add_argument("--markdown", action="store_true", help="print the table for a model card")
+    parser.add_argument("--json", metavar="FILE", help="also write the figures, with every frame's, as JSON")
     arguments = parser.parse_args()
-    options = ["--device", arguments.device]
-    gains = []
-    for sequence in arguments.sequences:
-        ours = measure(arguments.clarus, sequence, arguments.model, options)
-        bicubic = measure(arguments.clarus, sequence, "bicubic", options)
-        gains.append(ours["psnr"] - bicubic["psnr"])
-        print(
-            f"{sequence}: {ours['psnr']:.2f} dB, SSIM {ours['ssim']:.4f}; "
-            f"bicubic {bicubic['psnr']:.2f} dB, SSIM {bicubic['ssim']:.4f}; {gains[-1]:+.2f} dB"
-        )
-    print(f"mean gain {sum(gains) / len(gains):+.2f} dB")
+    rows, details = [], {}
+    for entry in manifest.read(arguments.manifest):
+        if arguments.only and entry.name not in arguments.only:
+            continue
+        sequence = os.path.join(arguments.directory, entry.name)
+        options, stills = ["--device", arguments.device], entry.spans("still")
+        model_frames, spread = measure(arguments.clarus, sequence, arguments.model, options, stills)
+        bicubic_frames, _ = measure(arguments.clarus, sequence, "bicubic", options, [])
+        rows.append(figures_of(entry, model_frames, bicubic_frames, spread))
+        details[entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
+    rows.append(mean_row(rows))
+    print(table(rows, arguments.markdown))
+    if arguments.json:
+        with open(arguments.json, "w") as file:
+            json.dump({"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}, file, indent=1)
 
 
 if __name__ == "__main__":

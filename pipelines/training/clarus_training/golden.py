@@ -12,8 +12,8 @@ import os
 import numpy as np
 import torch
 
-from . import enss, operators, safetensors
-from .export import model_tensors
+from . import enss, model_file, operators, safetensors
+from .frame import Frame
 
 FRAMES = 8
 RESET_AT = 5
@@ -102,16 +102,10 @@ def run(network, inputs):
     with torch.no_grad():
         for t in range(FRAMES):
             seen = {}
-            frame = slice(t, t + 1)
-            state = network.step(
-                color[frame],
-                depth[frame],
-                operators.mark_invalid(motion[frame]),
-                tuple(inputs["jitter"][t].tolist()),
-                None if inputs["reset"][t] else state,
-                seen,
-            )
-            outputs.append(state[0][0].permute(1, 2, 0))
+            images = (image[t : t + 1] for image in (color, depth, operators.mark_invalid(motion)))
+            frame = Frame(*images, tuple(inputs["jitter"][t].tolist()))
+            output, state = network.step(frame, None if inputs["reset"][t] else state, inside=seen)
+            outputs.append(output[0].permute(1, 2, 0))
             if t == INSIDE_AT:
                 inside = {name: value[0] for name, value in seen.items()}
     return dict(output=torch.stack(outputs), **inside)
@@ -126,8 +120,7 @@ def main():
         sizes = {key: case[key] for key in ("scale", "features", "middle")}
         network = random_network(generator, table=case.get("table"), hidden=case.get("hidden"), **sizes)
         inputs = random_inputs(generator, **case)
-        tensors, metadata = model_tensors(network, half=True)
-        safetensors.save(os.path.join(directory, f"{name}.model.safetensors"), tensors, metadata)
+        model_file.save(os.path.join(directory, f"{name}.model.safetensors"), network, half=True)
         results = run(network, inputs)
         golden = {key: value.numpy() for key, value in inputs.items()}
         golden.update({key: value.numpy().astype(np.float32) for key, value in results.items()})

@@ -1,11 +1,52 @@
-"""Losses of a clip: outputs and references [T, N, 3, H, W]."""
+"""Losses of outputs and references [..., 3, H, W]."""
 
+import torch
 import torch.nn.functional as F
+
+from . import frame
+
+
+def of_clip(network, frames, reference, criterion):
+    """The criterion over all frames of a clip that starts with a reset; references [T, N, 3, H, W]."""
+    return criterion(torch.stack(frame.run(network, frames)), reference)
+
+
+l1 = F.l1_loss
 
 
 def l1_l2(output, reference):
     """L1, and as much again for an error of 0.1, more for a larger one: ghosts are few, large errors."""
-    return F.l1_loss(output, reference) + 10 * F.mse_loss(output, reference)
+    return l1(output, reference) + 10 * F.mse_loss(output, reference)
 
 
-LOSSES = {"l1": F.l1_loss, "l1-l2": l1_l2}
+def ssim_map(image, reference):
+    """Wang et al. 2004: 11×11 Gaussian windows with σ = 1.5 that fit inside the image, per window and channel."""
+    channels = image.shape[-3]
+    distance = torch.arange(11, dtype=image.dtype, device=image.device) - 5
+    window = torch.exp(-(distance**2) / (2 * 1.5**2))
+    window = (window / window.sum()).expand(channels, 1, 1, 11)
+
+    def mean(image):
+        along_x = F.conv2d(image, window, groups=channels)
+        return F.conv2d(along_x, window.transpose(2, 3), groups=channels)
+
+    x, y = (each.flatten(0, -4) for each in (image, reference))
+    mean_x, mean_y = mean(x), mean(y)
+    variance_x, variance_y, covariance = mean(x * x) - mean_x**2, mean(y * y) - mean_y**2, mean(x * y) - mean_x * mean_y
+    c1, c2 = 0.01**2, 0.03**2
+    return ((2 * mean_x * mean_y + c1) * (2 * covariance + c2)) / (
+        (mean_x**2 + mean_y**2 + c1) * (variance_x + variance_y + c2)
+    )
+
+
+def ssim(output, reference):
+    """1 − SSIM, in single precision whatever computes the network."""
+    with torch.autocast(output.device.type, enabled=False):
+        return 1 - ssim_map(output.float(), reference.float()).mean()
+
+
+def ssim_l1(output, reference):
+    return ssim(output, reference) + l1(output, reference)
+
+
+LOSSES = {"l1": l1, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}

@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 
 import numpy as np
@@ -9,6 +10,7 @@ import OpenImageIO as oiio
 import torch
 
 from . import operators
+from .frame import Frame
 
 
 class Sequence:
@@ -16,7 +18,8 @@ class Sequence:
 
     `color` [T, h, w, 3] and `reference` [T, H, W, 3] are display-encoded: uint8 where the images are, else float16 in
     [0, 1]. `depth` [T, h, w] is 0 nearest; `motion` [T, h, w, 2] is in render pixels to the previous frame, NaN where
-    invalid. `jitter` is a list of (jx, jy), `reset` a list of flags.
+    invalid. `jitter` is a list of (jx, jy), `motion_jitter` of where in their pixels the vectors were sampled (J_m),
+    `reset` of flags.
     """
 
     def __init__(self, directory):
@@ -24,11 +27,15 @@ class Sequence:
         path = os.path.join(directory, "sequence.json")
         with open(path) as file:
             self.facts = json.load(file)
-        self.scale = int(self.facts["scale"])
+        scale = self.facts["scale"]
+        self.scale = int(scale) if scale == int(scale) else scale
         self.frames = self.facts["frames"]
         self.jitter = [tuple(frame["jitter"]) for frame in self.frames]
+        jittered = self.facts.get("motion", {}).get("sampled_at") == "jittered"
+        self.motion_jitter = self.jitter if jittered else [(0.0, 0.0)] * len(self.frames)
         self.reset = [t == 0 or frame.get("reset", False) for t, frame in enumerate(self.frames)]
-        names = ["color", "depth", "motion"] + ["reference"] * ("reference" in self.frames[0])
+        self.has_references = all("reference" in frame for frame in self.frames)
+        names = ["color", "depth", "motion"] + ["reference"] * self.has_references
         cache = os.path.join(directory, f".arrays-{os.stat(path).st_mtime_ns}")
         if not os.path.isdir(cache):
             temporary = f"{cache}.{os.getpid()}.part"
@@ -45,17 +52,17 @@ class Sequence:
     def __len__(self):
         return len(self.frames)
 
+    def images(self, name, t, device="cpu"):
+        """Frame t's colour, depth, motion or reference as a batch of one image."""
+        array = getattr(self, name)[t : t + 1]
+        return to_images(array[..., None] if name == "depth" else array, device)
+
+    def frame(self, t, device="cpu"):
+        images = (self.images(name, t, device) for name in ("color", "depth", "motion"))
+        return Frame(*images, self.jitter[t], self.motion_jitter[t])
+
     def _image(self, frame, name):
-        """The pixels [h, w, c]: uint8 as stored, anything else as float32."""
-        path = os.path.join(self.directory, frame[name])
-        specification = oiio.ImageSpec()
-        specification.attribute("oiio:UnassociatedAlpha", 1)
-        image = oiio.ImageInput.open(path, specification)
-        if image is None:
-            raise OSError(f"{path}: {oiio.geterror()}")
-        pixels = image.read_image("uint8" if str(image.spec().format) == "uint8" else "float")
-        image.close()
-        return pixels
+        return read_pixels(os.path.join(self.directory, frame[name]))
 
     def _display(self, frame, name):
         pixels = self._image(frame, name)[:, :, :3]
@@ -110,12 +117,26 @@ class Sequence:
         return np.stack(frames)
 
 
+def read_pixels(path):
+    """An image's pixels [h, w, c]: uint8 as stored, anything else as float32."""
+    specification = oiio.ImageSpec()
+    specification.attribute("oiio:UnassociatedAlpha", 1)
+    image = oiio.ImageInput.open(path, specification)
+    if image is None:
+        raise OSError(f"{path}: {oiio.geterror()}")
+    pixels = image.read_image("uint8" if str(image.spec().format) == "uint8" else "float")
+    image.close()
+    return pixels
+
+
 def find(directories):
     """All sequences at or below the directories."""
+    # A memory-mapped array holds its file open.
+    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     found = []
     for directory in directories:
         for folder, folders, files in os.walk(directory):
-            folders.sort()
+            folders[:] = sorted(name for name in folders if not name.endswith(".part"))
             if "sequence.json" in files:
                 found.append(Sequence(folder))
     if not found:

@@ -1,19 +1,23 @@
-"""Trains a pipeline: python3 -m clarus_training.train --size s --scale 2 --data DIR... --output DIR --hours H.
+"""Trains a pipeline: python3 -m clarus_training.train --pipeline enss --size s --scale 2 --data DIR... --output DIR --hours H.
 
-The output folder receives `checkpoint.pt` (replaced every few minutes; `--resume` continues from it) and `log.csv`. The
-learning rate falls by half a cosine over the hours asked for, wherever an interruption came.
+The output folder receives `checkpoint.pt` (replaced every few minutes and when the process is told to end; `--resume`
+continues from it as if nothing had happened) and `log.csv`. The learning rate falls by half a cosine over the hours or
+steps asked for, wherever an interruption came.
 """
 
 import argparse
 import csv
 import math
 import os
+import random
+import signal
 import time
 
 import torch
 
-from . import dataset, enss, validation
+from . import dataset, validation
 from .losses import LOSSES
+from .pipelines import PIPELINES
 from .sequence import find
 
 LONGEST_STEP = 10  # seconds
@@ -21,117 +25,186 @@ LONGEST_STEP = 10  # seconds
 
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
-    parser.add_argument("--pipeline", choices=["enss"], default="enss")
-    parser.add_argument("--size", choices=sorted(enss.SIZES), required=True)
-    parser.add_argument("--scale", type=int, choices=[2, 3, 4], required=True)
+    parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
+    parser.add_argument("--size", help="of a network that has several: s, m, l for enss; full, fast for nsrr")
+    parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
     parser.add_argument("--data", nargs="+", required=True, help="sequences, or folders of them")
     parser.add_argument("--validation", nargs="+", default=[], help="sequences that are never trained on")
     parser.add_argument("--output", required=True)
-    parser.add_argument("--hours", type=float, required=True)
+    budget = parser.add_mutually_exclusive_group(required=True)
+    budget.add_argument("--hours", type=float, help="train for so long")
+    budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
     parser.add_argument("--start", help="a checkpoint whose weights to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    parser.add_argument("--hidden", type=int, default=128, help="units a layer of the kernel-predicting MLP")
+    parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16, where the device is faster with it")
+    parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
+    parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
+    parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
+    parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
-    parser.add_argument("--clip", type=int, nargs="+", default=[8, 16], help="lengths of clips, taken in turn")
+    parser.add_argument("--clip", type=int, nargs="+", help="lengths of clips, taken in turn")
     parser.add_argument("--crop", type=int, default=64, help="edge of a crop, in render pixels")
-    parser.add_argument("--rate", type=float, default=2e-3)
+    parser.add_argument("--no-turns", action="store_true", help="leave images as they are, neither mirrored nor transposed")
+    parser.add_argument("--no-tints", action="store_true", help="leave colours as they are")
+    parser.add_argument("--rate", type=float, help="in place of the pipeline's own")
     parser.add_argument("--last-rate", type=float, default=1e-5)
-    parser.add_argument("--mlp-rate", type=float, default=0.05, help="the MLP's learning rate, as a share of the others'")
-    parser.add_argument("--loss", choices=sorted(LOSSES), default="l1")
+    parser.add_argument("--decay", type=float, default=0.0, help="AdamW's weight decay")
+    parser.add_argument("--ema", type=float, default=0.999, help="of the averaged weights that are evaluated and exported")
+    parser.add_argument("--loss", choices=sorted(LOSSES), help="in place of the pipeline's own")
     parser.add_argument("--checkpoint-minutes", type=float, default=3)
     parser.add_argument("--seed", type=int, default=0)
     return parser.parse_args()
 
 
-def parameter_groups(network, mlp_share):
-    """The MLP's weights apart: each moves a kernel by the sum of many of them, and so is to move less."""
-    common = [*network.body.parameters(), network.kernels.layers[-1].bias]
-    theirs = [p for p in network.kernels.parameters() if all(p is not other for other in common)]
-    return [{"params": common, "share": 1.0}, {"params": theirs, "share": mlp_share}]
+class Average:
+    """Exponentially moving averages of a network's parameters; young ones forget faster."""
+
+    def __init__(self, network, decay):
+        self.decay, self.count = decay, 0
+        self.parameters = list(network.parameters())
+        self.averages = [parameter.detach().clone() for parameter in self.parameters]
+
+    def update(self):
+        self.count += 1
+        decay = min(self.decay, (1 + self.count) / (10 + self.count))
+        with torch.no_grad():
+            torch._foreach_mul_(self.averages, decay)
+            torch._foreach_add_(self.averages, self.parameters, alpha=1 - decay)
+
+    def swap(self):
+        """Puts the averages into the network, or takes them out again."""
+        for parameter, average in zip(self.parameters, self.averages):
+            parameter.data, average.data = average.data, parameter.data
 
 
-def clip_loss(network, images, jitters, loss):
-    """The loss over all frames of a clip that starts with a reset."""
-    outputs, state = [], None
-    color, depth, motion, reference = images
-    kernels = network.kernels(jitters)
-    for t, jitter in enumerate(jitters):
-        state = network.step(color[t], depth[t], motion[t], jitter, state, kernels=kernels[t])
-        outputs.append(state[0])
-    return loss(torch.stack(outputs), reference)
+class Training:
+    """A network, its optimiser and everything else that a checkpoint holds."""
 
+    def __init__(self, arguments):
+        self.arguments = arguments
+        self.pipeline = PIPELINES[arguments.pipeline]
+        self.rate = arguments.rate or self.pipeline.RATE
+        self.shape = self.pipeline.shape(arguments)
+        torch.manual_seed(arguments.seed)
+        self.network = self.pipeline.create(**self.shape).to(arguments.device, memory_format=torch.channels_last)
+        self.optimizer = torch.optim.AdamW(
+            self.pipeline.parameter_groups(self.network, arguments), lr=self.rate, weight_decay=arguments.decay
+        )
+        self.average = Average(self.network, arguments.ema)
+        self.chance = random.Random(arguments.seed)
+        self.iteration, self.elapsed, self.running = 0, 0.0, None
 
-def save(path, **content):
-    torch.save(content, f"{path}.part")
-    os.replace(f"{path}.part", path)
+    def save(self, path):
+        self.average.swap()
+        averaged = {name: tensor.clone() for name, tensor in self.network.state_dict().items()}
+        self.average.swap()
+        content = dict(
+            pipeline=self.arguments.pipeline,
+            shape=self.shape,
+            network=averaged,
+            raw=self.network.state_dict(),
+            optimizer=self.optimizer.state_dict(),
+            averaged=self.average.count,
+            chance=self.chance.getstate(),
+            torch=torch.get_rng_state(),
+            iteration=self.iteration,
+            elapsed=self.elapsed,
+            running=self.running,
+        )
+        torch.save(content, f"{path}.part")
+        os.replace(f"{path}.part", path)
+
+    def load(self, path):
+        content = torch.load(path, map_location=self.arguments.device)
+        self.start_from(content["network"])
+        self.network.load_state_dict(content["raw"])
+        self.optimizer.load_state_dict(content["optimizer"])
+        self.average.count = content["averaged"]
+        self.chance.setstate(content["chance"])
+        torch.set_rng_state(content["torch"].cpu())
+        self.iteration, self.elapsed, self.running = (content[name] for name in ("iteration", "elapsed", "running"))
+
+    def start_from(self, state):
+        """The weights and their averages."""
+        self.network.load_state_dict(state)
+        self.average = Average(self.network, self.arguments.ema)
+
+    @property
+    def progress(self):
+        """Of the time or the steps asked for."""
+        arguments = self.arguments
+        return self.iteration / arguments.steps if arguments.steps else self.elapsed / (3600 * arguments.hours)
+
+    def step(self, clips):
+        arguments = self.arguments
+        rate = arguments.last_rate + (self.rate - arguments.last_rate) * (1 + math.cos(math.pi * self.progress)) / 2
+        rate *= min(1, (self.iteration + 1) / 100)  # Adam's second moments need a few steps to mean something
+        for group in self.optimizer.param_groups:
+            group["lr"] = rate * group.get("share", 1)
+        # Long clips cost more memory and teach accumulation: a batch holds as many frames whatever their length.
+        source = clips[self.iteration % len(clips)]
+        count = max(1, arguments.batch * min(clip.length for clip in clips) // source.length)
+        frames, reference = source.batch(count, self.chance, arguments.device)
+        with torch.autocast(torch.device(arguments.device).type, torch.bfloat16, enabled=arguments.amp):
+            loss = self.pipeline.loss(self.network, frames, reference, LOSSES.get(arguments.loss), self.progress)
+        self.optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)
+        self.optimizer.step()
+        self.average.update()
+        self.iteration += 1
+        self.running = loss.item() if self.running is None else 0.98 * self.running + 0.02 * loss.item()
+        return rate
+
+    def validate(self, held_out):
+        """Mean PSNR of the averaged network and of bicubic, over all frames."""
+        self.average.swap()
+        figures = [figure for sequence in held_out for figure in validation.run(self.network, sequence)]
+        self.average.swap()
+        return [sum(column) / len(column) for column in zip(*figures)] if figures else [math.nan, math.nan]
 
 
 def main():
     arguments = parse()
-    torch.manual_seed(arguments.seed)
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
     os.makedirs(arguments.output, exist_ok=True)
-    checkpoint_path = os.path.join(arguments.output, "checkpoint.pt")
-    features, middle = enss.SIZES[arguments.size]
-    shape = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
-    network = enss.create(**shape).to(arguments.device, memory_format=torch.channels_last)
-    optimizer = torch.optim.Adam(parameter_groups(network, arguments.mlp_rate), lr=arguments.rate)
-    iteration, elapsed = 0, 0.0
-    if arguments.resume and os.path.exists(checkpoint_path):
-        checkpoint = torch.load(checkpoint_path, map_location=arguments.device)
-        network.load_state_dict(checkpoint["network"])
-        optimizer.load_state_dict(checkpoint["optimizer"])
-        iteration, elapsed = checkpoint["iteration"], checkpoint["elapsed"]
+    checkpoint = os.path.join(arguments.output, "checkpoint.pt")
+    training = Training(arguments)
+    if arguments.resume and os.path.exists(checkpoint):
+        training.load(checkpoint)
     elif arguments.start:
-        network.load_state_dict(torch.load(arguments.start, map_location=arguments.device)["network"])
-    sequences = [s for s in find(arguments.data) if s.scale == arguments.scale]
+        training.start_from(torch.load(arguments.start, map_location=arguments.device)["network"])
+    sequences = [s for s in find(arguments.data) if s.scale == arguments.scale and s.has_references]
     held_out = find(arguments.validation) if arguments.validation else []
-    clips = [dataset.Clips(sequences, n, arguments.crop, arguments.seed + iteration) for n in arguments.clip]
+    lengths = arguments.clip or training.pipeline.CLIPS
+    turn, tint = not arguments.no_turns, not arguments.no_tints
+    clips = [dataset.Clips(sequences, length, arguments.crop, turn, tint) for length in lengths]
 
-    budget, now = arguments.hours * 3600, time.monotonic()
-    log = open(os.path.join(arguments.output, "log.csv"), "a" if iteration else "w", newline="", buffering=1)
+    told_to_end = []
+    for name in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(name, lambda number, _: told_to_end.append(number))
+    log = open(os.path.join(arguments.output, "log.csv"), "a" if training.iteration else "w", newline="", buffering=1)
     table = csv.writer(log)
-    if not iteration:
+    if not training.iteration:
         table.writerow(["seconds", "iteration", "rate", "loss", "psnr", "bicubic psnr"])
-    running, last_saved = None, elapsed
-    while elapsed < budget:
-        fall = (1 + math.cos(math.pi * elapsed / budget)) / 2
-        rate = arguments.last_rate + (arguments.rate - arguments.last_rate) * fall
-        rate *= min(1, (iteration + 1) / 100)  # Adam's second moments need a few steps to mean something
-        for group in optimizer.param_groups:
-            group["lr"] = rate * group["share"]
-        # Long clips cost more memory and teach accumulation: a batch holds as many frames whatever their length.
-        source = clips[iteration % len(clips)]
-        count = max(1, arguments.batch * min(arguments.clip) // source.length)
-        images, jitters = source.batch(count, arguments.device)
-        loss = clip_loss(network, images, jitters, LOSSES[arguments.loss])
-        optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
-        optimizer.step()
-        iteration += 1
-        running = loss.item() if running is None else 0.98 * running + 0.02 * loss.item()
+    now, last_saved = time.monotonic(), training.elapsed
+    while training.progress < 1 and not told_to_end:
+        rate = training.step(clips)
         # A process that was paused for a while has not trained meanwhile.
         now, before = time.monotonic(), now
-        elapsed += min(now - before, LONGEST_STEP)
-        if elapsed - last_saved > 60 * arguments.checkpoint_minutes or elapsed >= budget:
-            save(
-                checkpoint_path,
-                network=network.state_dict(),
-                optimizer=optimizer.state_dict(),
-                shape=shape,
-                iteration=iteration,
-                elapsed=elapsed,
-            )
-            figures = [figure for s in held_out for figure in validation.run(network, s, device=arguments.device)]
-            ours, bicubic = (sum(c) / len(c) for c in zip(*figures)) if figures else (math.nan, math.nan)
-            row = [f"{elapsed:.0f}", iteration, f"{rate:.2e}", f"{running:.5f}", f"{ours:.3f}", f"{bicubic:.3f}"]
+        training.elapsed += min(now - before, LONGEST_STEP)
+        end = training.progress >= 1 or told_to_end
+        if end or training.elapsed - last_saved > 60 * arguments.checkpoint_minutes:
+            training.save(checkpoint)
+            ours, bicubic = training.validate([] if told_to_end else held_out)
+            figures = [f"{rate:.2e}", f"{training.running:.5f}", f"{ours:.3f}", f"{bicubic:.3f}"]
+            row = [f"{training.elapsed:.0f}", training.iteration, *figures]
             table.writerow(row)
             print(*row, flush=True)
-            last_saved, now = elapsed, time.monotonic()
+            last_saved, now = training.elapsed, time.monotonic()
 
 
 if __name__ == "__main__":

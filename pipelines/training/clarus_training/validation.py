@@ -4,9 +4,8 @@ import argparse
 
 import torch
 
-from . import operators
-from .export import load_model
-from .sequence import find, to_images
+from . import model_file, operators
+from .sequence import find
 
 
 def psnr(image, reference):
@@ -20,18 +19,16 @@ def rounded(image):
     return (image * 255).round() / 255
 
 
-def run(network, sequence, frames=None, device="cpu"):
+def run(network, sequence, frames=None):
     """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them."""
+    device = next(network.parameters()).device
     figures, state = [], None
     with torch.no_grad():
         for t in range(min(len(sequence), frames or len(sequence))):
-            color, depth, motion, reference = (
-                to_images(array[t : t + 1], device)
-                for array in (sequence.color, sequence.depth[..., None], sequence.motion, sequence.reference)
-            )
-            state = network.step(color, depth, motion, sequence.jitter[t], None if sequence.reset[t] else state)
-            bicubic = operators.keys_upsample(color, sequence.scale, sequence.jitter[t])
-            figures.append((psnr(rounded(state[0]), reference), psnr(rounded(bicubic), reference)))
+            frame, reference = sequence.frame(t, device), sequence.images("reference", t, device)
+            output, state = network.step(frame, None if sequence.reset[t] else state)
+            bicubic = operators.keys_upsample(frame.color, sequence.scale, frame.jitter)
+            figures.append((psnr(rounded(output), reference), psnr(rounded(bicubic), reference)))
     return figures
 
 
@@ -42,7 +39,7 @@ def main():
     parser.add_argument("--frames", type=int, help="only so many frames of each sequence")
     parser.add_argument("--per-frame", action="store_true")
     arguments = parser.parse_args()
-    network = load_model(arguments.model)
+    network = model_file.load(arguments.model)
     for sequence in find(arguments.sequences):
         figures = run(network, sequence, arguments.frames)
         if arguments.per_frame:

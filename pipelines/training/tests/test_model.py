@@ -6,13 +6,15 @@ import unittest
 
 import torch
 
-from clarus_training import enss, export, operators, safetensors
+from clarus_training import enss, model_file, operators, safetensors
+from clarus_training.frame import Frame
 
 
 def frames(count, scale, height=8, width=12):
     """Noise seen at rest: one colour, depth and (zero) motion for all frames."""
     color, depth = torch.rand(1, 3, height, width), torch.rand(1, 1, height, width)
-    return [(color, depth, torch.zeros(1, 2, height, width), operators.halton_jitter()[t]) for t in range(count)]
+    motion = torch.zeros(1, 2, height, width)
+    return [Frame(color, depth, motion, jitter) for jitter in operators.halton_jitter(count)]
 
 
 class Model(unittest.TestCase):
@@ -22,8 +24,8 @@ class Model(unittest.TestCase):
     def run_through_file(self, network, **options):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "model.safetensors")
-            safetensors.save(path, *export.model_tensors(network, **options))
-            return export.load_model(path), safetensors.load(path)
+            model_file.save(path, network, **options)
+            return model_file.load(path), safetensors.load(path)
 
     def test_a_file_holds_the_network(self):
         network = enss.create(scale=3, features=8, middle=2, hidden=16)
@@ -37,8 +39,8 @@ class Model(unittest.TestCase):
             ours = theirs = None
             for frame in frames(3, 3):
                 with torch.no_grad():
-                    ours, theirs = network.step(*frame, ours), loaded.step(*frame, theirs)
-                self.assertLess((ours[0] - theirs[0]).abs().max().item(), tolerance)
+                    (output, ours), (other, theirs) = network.step(frame, ours), loaded.step(frame, theirs)
+                self.assertLess((output - other).abs().max().item(), tolerance)
 
     def test_one_entry_needs_no_jitter(self):
         network = enss.create(scale=2, features=4, middle=0, hidden=8)
@@ -49,10 +51,10 @@ class Model(unittest.TestCase):
     def test_training_starts_near_the_upsampled_colour(self):
         network = enss.create(scale=2, features=16, middle=1, hidden=128)
         inside = {}
-        for color, depth, motion, jitter in frames(16, 2):
+        for frame in frames(16, 2):
             with torch.no_grad():
-                network.step(color, depth, motion, jitter, inside=inside)
-            upsampled = operators.upsample(color, 2, jitter)
+                network.step(frame, inside=inside)
+            upsampled = operators.upsample(frame.color, 2, frame.jitter)
             # Away from the border, where the convolution's zeros show.
             error = (inside["candidate"] - upsampled)[:, :, 4:-4, 4:-4].square().mean().sqrt()
             self.assertLess(error.item(), 0.15)

@@ -4,6 +4,7 @@ import math
 import unittest
 
 import torch
+import torch.nn.functional as F
 
 from clarus_training import operators
 
@@ -61,12 +62,68 @@ class Operators(unittest.TestCase):
         image = torch.rand(1, 1, 6, 7, dtype=torch.float64)
         motion = torch.randn(1, 2, 6, 7, dtype=torch.float64) * 4
         motion[0, 0, 2, 3] = float("nan")
-        result = operators.warp(image, motion, 0.5)
-        for y in range(6):
-            for x in range(7):
-                u, v = x + motion[0, 0, y, x].item(), y + motion[0, 1, y, x].item()
-                wanted = 0.5 if (y, x) == (2, 3) else plain_bilinear(image[0, 0], u, v).item()
-                self.assertAlmostEqual(result[0, 0, y, x].item(), wanted, 12)
+        padded = F.pad(image, (20, 20, 20, 20))[0, 0]  # a border of zeros wide enough for any of the vectors
+        for border in ("clamp", "zero"):
+            result = operators.warp(image, motion, border, 0.5)
+            for y in range(6):
+                for x in range(7):
+                    u, v = x + motion[0, 0, y, x].item(), y + motion[0, 1, y, x].item()
+                    if (y, x) == (2, 3):
+                        wanted = 0.5
+                    elif border == "zero":
+                        wanted = plain_bilinear(padded, u + 20, v + 20).item()
+                    else:
+                        wanted = plain_bilinear(image[0, 0], u, v).item()
+                    self.assertAlmostEqual(result[0, 0, y, x].item(), wanted, 12)
+
+    def test_warp_blocks(self):
+        for height, width in ((16, 24), (9, 13), (3, 3)):
+            image = torch.rand(2, 3, height, width, dtype=torch.float64, requires_grad=True)
+            blocks = torch.randn(2, 2, -(-height // 8), -(-width // 8), dtype=torch.float64) * 6
+            blocks[0, :, 0, 0] = torch.tensor((-200.0, 300.5))
+            result = operators.WarpBlocks.apply(image, *operators.block_patches(blocks, (height, width)))
+            wanted = operators.warp(image, operators.expand_blocks(blocks, (height, width)), "clamp", 0)
+            self.assertTrue(torch.allclose(result, wanted, atol=1e-12))
+            weight = torch.rand_like(result)
+            gradients = [torch.autograd.grad((each * weight).sum(), image)[0] for each in (result, wanted)]
+            self.assertTrue(torch.allclose(*gradients, atol=1e-12))
+
+    def test_upsample_motion(self):
+        motion = torch.randn(1, 2, 5, 6)
+        motion[0, 1, 2, 3] = float("nan")
+        for scale, jitter in ((2, (0.0, 0.0)), (3, (0.25, -0.4)), (2, (0.25, 0.25))):
+            result = operators.upsample_motion(motion, scale, jitter)
+            for y in range(5 * scale):
+                for x in range(6 * scale):
+                    u = min(max((x + 0.5) / scale - 0.5 - jitter[0], 0), 5)
+                    v = min(max((y + 0.5) / scale - 0.5 - jitter[1], 0), 4)
+                    # The invalid pixel's weight is the product of these; each has to exceed 10⁻³.
+                    invalid = 1 - abs(u - 3) > 1e-3 and 1 - abs(v - 2) > 1e-3
+                    self.assertEqual(torch.isnan(result[0, :, y, x]).all().item(), invalid)
+                    if not invalid:
+                        wanted = scale * plain_bilinear(torch.nan_to_num(motion[0, 0]), u, v).item()
+                        self.assertAlmostEqual(result[0, 0, y, x].item(), wanted, 4)
+
+    def test_samples_go_where_they_lie(self):
+        image = torch.rand(1, 2, 3, 4)
+        for scale, jitter, q in ((2, (-0.5, 0.49), (0, 1)), (3, (-1 / 6, 1 / 6), (1, 2)), (4, (0.9, -0.9), (3, 0))):
+            self.assertEqual(operators.sample_position(scale, jitter), q)
+            up = operators.zero_upsample(image, scale, jitter)
+            self.assertTrue(torch.equal(up[:, :, q[1] :: scale, q[0] :: scale], image))
+            self.assertAlmostEqual(up.sum().item(), image.sum().item(), 4)
+            self.assertTrue(torch.equal(operators.pick(up, scale, jitter), image))
+            placed = operators.place(torch.ones_like(up), image, scale, jitter)
+            self.assertTrue(torch.equal(placed, torch.where(up == 0, torch.ones_like(up), up)))
+
+    def test_ycbcr(self):
+        image = torch.rand(1, 3, 4, 4, dtype=torch.float64)
+        converted = operators.ycbcr(image)
+        red, green, blue = image[0, :, 1, 2].tolist()
+        luma = 0.299 * red + 0.587 * green + 0.114 * blue
+        wanted = (luma, 0.5 + (blue - luma) / 1.772, 0.5 + (red - luma) / 1.402)
+        for value, expected in zip(converted[0, :, 1, 2].tolist(), wanted):
+            self.assertAlmostEqual(value, expected, 12)
+        self.assertTrue(torch.allclose(operators.rgb(converted), image, atol=1e-12))
 
     def test_mark_invalid(self):
         motion = torch.tensor([[3.0, 4.1, float("inf"), 1e30], [4.0, 4.0, 0.0, 1e30]]).view(1, 2, 1, 4)

@@ -1,0 +1,29 @@
+"""What a network sees of a frame."""
+
+from typing import NamedTuple
+
+import torch
+
+
+class Frame(NamedTuple):
+    """A batch of N frames with one jitter, canonical as the specification's conventions have it.
+
+    `color` [N, 3, h, w], `depth` [N, 1, h, w], `motion` [N, 2, h, w] with NaN in invalid vectors. A frame whose vectors
+    are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another does
+    not. `jitter` is (jx, jy), `motion_jitter` where in their pixels the vectors were sampled (J_m).
+    """
+
+    color: torch.Tensor
+    depth: torch.Tensor
+    motion: torch.Tensor
+    jitter: tuple
+    motion_jitter: tuple = (0.0, 0.0)
+
+
+def run(network, frames):
+    """The outputs for consecutive frames of which the first is a reset: one [N, 3, H, W] a frame."""
+    outputs, state = [], None
+    for frame, ahead in zip(frames, network.ahead(frames)):
+        output, state = network.step(frame, state, ahead)
+        outputs.append(output)
+    return outputs

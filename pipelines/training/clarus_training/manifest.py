@@ -1,0 +1,64 @@
+"""Lists of sequences to render, as JSON.
+
+    [{"name": "demo-1", "scene": "demo", "path": 1, "first_frame": 0, "frames": 24, "size": "320x180",
+      "jitter": "halton:16", "hdr": false, "thin": false,
+      "segments": [{"frames": [0, 10], "kind": "moving"}, {"frames": [10, 24], "kind": "still"}]}]
+
+Only `name` and `scene` are needed. `segments` say which frames (first, and one past the last, counted from the sequence's
+own 0) move and which stand still, `thin` that the scene has thin features. An entry with "n": [a, b] stands for b − a + 1
+of them, in whose text "{n}" is replaced: {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [100, 179]}.
+"""
+
+import json
+from typing import NamedTuple
+
+
+class Entry(NamedTuple):
+    name: str
+    scene: str
+    path: int = 0
+    first_frame: int = 0
+    frames: int = 24
+    size: str = "320x180"
+    jitter: str = "halton:16"
+    reference_samples: int = 16
+    hdr: bool = False
+    thin: bool = False
+    segments: tuple = ()
+
+    def spans(self, kind):
+        """The segments of a kind, each its first frame and one past its last."""
+        return [segment["frames"] for segment in self.segments if segment["kind"] == kind]
+
+    def frames_of(self, kind):
+        return [t for first, end in self.spans(kind) for t in range(first, end)]
+
+    def render_command(self, clarus, scale, output):
+        command = [clarus, "render", "--scene", self.scene, "--path", self.path, "--size", self.size, "--scale", scale]
+        command += ["--frames", self.frames, "--first-frame", self.first_frame, "--jitter", self.jitter]
+        command += ["--reference-samples", self.reference_samples]
+        command += ["--hdr"] if self.hdr else []
+        return [str(word) for word in command + ["--output", output, "--force"]]
+
+
+def read(path):
+    """The entries of a manifest."""
+    with open(path) as file:
+        listed = json.load(file)
+    entries = []
+    for fields in listed:
+        first, last = fields.pop("n", (0, 0))
+        for n in range(first, last + 1):
+            filled = {k: v.replace("{n}", str(n)) if isinstance(v, str) else v for k, v in fields.items()}
+            try:
+                entry = Entry(**filled)
+            except TypeError as error:
+                raise SystemExit(f"{path}: {fields}: {error}") from None
+            if any(not 0 <= s["frames"][0] < s["frames"][1] <= entry.frames for s in entry.segments):
+                raise SystemExit(f"{path}: {entry.name}: a segment is not within its {entry.frames} frames")
+            entries.append(entry._replace(path=int(entry.path)))
+    names = [entry.name for entry in entries]
+    for name in names:
+        if names.count(name) > 1:
+            raise SystemExit(f"{path}: {name} is there more than once")
+    return entries

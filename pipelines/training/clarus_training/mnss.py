@@ -1,0 +1,100 @@
+"""MNSS (Yang et al. 2022) as the specification's section "MNSS" has it."""
+
+import torch
+from torch import nn
+import torch.nn.functional as F
+
+from . import losses, operators
+from .layers import convolutions, plain_model_tensors
+
+CLIPS = [8]
+RATE = 1e-3
+GUIDED = 0.1  # the share of training in which history is the reference
+
+
+class Mnss(nn.Module):
+    """The network. Its state is (S, E): the previous output and upsampled depth, [N, 3, H, W] and [N, 1, H, W]."""
+
+    pipeline = "mnss"
+
+    def __init__(self, scale):
+        super().__init__()
+        self.scale = scale
+        self.inpaint = nn.Conv2d(4, 1, 3, padding=1)
+        self.antialias = convolutions(6, 8, 3)
+        self.reconstruct = convolutions(3, 16, 32, 32, 3)
+
+    def ahead(self, frames):
+        return [None] * len(frames)
+
+    def step(self, frame, state=None, ahead=None, inside=None):
+        s, jitter, color = self.scale, frame.jitter, frame.color
+        upsampled, depth = operators.upsample(torch.cat((color, frame.depth), dim=1), s, jitter).split((3, 1), dim=1)
+        if state is None:
+            history, weight = upsampled, None
+        else:
+            motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)
+            now = torch.cat((upsampled, depth), dim=1)
+            warped, warped_depth = operators.warp(torch.cat(state, dim=1), motion, "clamp", now).split((3, 1), dim=1)
+            before = operators.pick(torch.cat((warped, warped_depth), dim=1), s, jitter)
+            difference = (torch.cat((color, frame.depth), dim=1) - before).abs()
+            weight = operators.upsample(torch.sigmoid(self.inpaint(difference)).to(color.dtype), s, jitter)
+            history = torch.lerp(warped, upsampled, weight)
+        first, second = self.antialias
+        seen = torch.cat((color, F.avg_pool2d(history, s)), dim=1)
+        antialiased = color + second(F.relu(first(seen))).to(color.dtype)
+        x = blended = operators.place(history, antialiased, s, jitter)
+        *layers, last = self.reconstruct
+        for layer in layers:
+            x = F.relu(layer(x))
+        output = (blended + last(x).to(color.dtype)).clamp(0, 1)
+        if inside is not None:
+            inside.update(history=history, antialiased=antialiased, **({} if weight is None else {"weight": weight}))
+        return output, (output, depth)
+
+
+def shape(arguments):
+    if arguments.scale not in (2, 3):
+        raise SystemExit("an MNSS network is of --scale 2 or 3")
+    return dict(scale=arguments.scale)
+
+
+def create(scale):
+    """A network to be trained; it starts as history with the frame's samples in it."""
+    network = Mnss(scale)
+    with torch.no_grad():
+        for layer in (network.antialias[-1], network.reconstruct[-1]):
+            layer.weight.mul_(0.1)
+            nn.init.zeros_(layer.bias)
+    return network
+
+
+def parameter_groups(network, arguments):
+    return [{"params": list(network.parameters())}]
+
+
+def loss(network, frames, reference, criterion=None, progress=1.0):
+    """The paper's sum over all frames of 1 − SSIM and five times the antialiased samples' L1, without its perceptual term.
+
+    That one's weights are not part of this project. For the first tenth of the training, the reference stands for history.
+    """
+    outputs, antialiased, state, inside = [], 0, None, {}
+    for t, frame in enumerate(frames):
+        output, state = network.step(frame, state, inside=inside)
+        outputs.append(output)
+        antialiased = antialiased + losses.l1(
+            inside["antialiased"], operators.pick(reference[t], network.scale, frame.jitter)
+        )
+        if progress < GUIDED:
+            state = (reference[t], state[1])
+    return (criterion or losses.ssim)(torch.stack(outputs), reference) + 5 * antialiased / len(frames)
+
+
+def model_tensors(network, jitters=None, mlp=False, half=False):
+    return plain_model_tensors(network, half)
+
+
+def load_model(tensors, metadata):
+    network = Mnss(int(metadata["scale"]))
+    network.load_state_dict(tensors)
+    return network

@@ -1,0 +1,124 @@
+"""SRPO (Gu et al. 2022) as the specification's section "SRPO" has it."""
+
+import math
+
+import torch
+from torch import nn
+import torch.nn.functional as F
+
+from . import losses, operators
+from .layers import convolutions, plain_model_tensors
+
+CLIPS = [1]
+RATE = 1e-3
+FEATURES = 16
+ROUNDED = 0.75  # from this share of the training on, offsets are rounded
+
+
+class Srpo(nn.Module):
+    """The network. It looks at one frame, and has no state."""
+
+    pipeline = "srpo"
+
+    def __init__(self, scale):
+        super().__init__()
+        self.scale = scale
+        self.conv = convolutions(3, FEATURES, FEATURES, 2, size=5)
+
+    def ahead(self, frames):
+        return [None] * len(frames)
+
+    def offsets(self, color):
+        """Raw offsets [N, 2, H, W] in render pixels."""
+        first, second, last = self.conv
+        x = F.relu(second(F.relu(first(color))))
+        return last(F.interpolate(x, scale_factor=self.scale, mode="nearest")).to(color.dtype)
+
+    def step(self, frame, state=None, ahead=None, inside=None):
+        raw = self.offsets(frame.color)
+        offsets = rounded(raw)
+        projected = project(frame.color, offsets, self.scale)
+        mask = blur((offsets != 0).any(dim=1, keepdim=True).to(raw.dtype)).clamp(0, 1)
+        output = torch.lerp(lanczos_upsample(frame.color, self.scale), projected, mask)
+        if inside is not None:
+            inside.update(raw=raw, projected=projected, mask=mask)
+        return output, None
+
+
+def rounded(offsets):
+    """Half up."""
+    return torch.floor(offsets + 0.5)
+
+
+def project(color, offsets, scale):
+    """O(X, Y) = colour at render pixel (⌊X/s⌋ + ox, ⌊Y/s⌋ + oy), bilinearly between pixels, clamped to the image."""
+    height, width = offsets.shape[-2:]
+    x = torch.arange(width, device=offsets.device) // scale
+    y = torch.arange(height, device=offsets.device)[:, None] // scale
+    return operators.bilinear(color, x + offsets[:, 0], y + offsets[:, 1])
+
+
+def lanczos_upsample(image, scale):
+    """Lanczos-3 at (X+½)/s − ½, weights normalised, border clamp, the result clamped to [0, 1]."""
+
+    def along(image, axis):
+        size = image.shape[axis]
+        u = (torch.arange(scale * size, dtype=torch.float64) + 0.5) / scale - 0.5
+        base = u.floor()
+        distances = [u - base - tap for tap in range(-2, 4)]
+        weights = torch.stack([torch.sinc(d) * torch.sinc(d / 3) for d in distances])
+        weights = (weights / weights.sum(dim=0)).to(image)
+        result = 0
+        for tap, weight in zip(range(-2, 4), weights):
+            taps = image.index_select(axis, (base + tap).long().clamp(0, size - 1).to(image.device))
+            result = result + taps * (weight if axis == 3 else weight[:, None])
+        return result
+
+    return along(along(image, 3), 2).clamp(0, 1)
+
+
+def blur(mask):
+    """Gaussian, σ = 1, radius 3, normalised, border zero, of a mask [N, 1, H, W]."""
+    weights = torch.tensor([math.exp(-(d * d) / 2) for d in range(-3, 4)], dtype=torch.float64)
+    weights = (weights / weights.sum()).to(mask).view(1, 1, 1, 7)
+    return F.conv2d(F.conv2d(mask, weights, padding=(0, 3)), weights.transpose(2, 3), padding=(3, 0))
+
+
+def shape(arguments):
+    return dict(scale=arguments.scale)
+
+
+def create(scale):
+    """A network to be trained; its offsets start near 0."""
+    network = Srpo(scale)
+    with torch.no_grad():
+        network.conv[-1].weight.mul_(0.1)
+        nn.init.zeros_(network.conv[-1].bias)
+    return network
+
+
+def parameter_groups(network, arguments):
+    return [{"params": list(network.parameters())}]
+
+
+def loss(network, frames, reference, criterion=None, progress=1.0):
+    """The paper's: 1 − SSIM of the colour moved by the offsets, bilinearly between pixels, which is what makes them learn.
+
+    In the last quarter of the training the loss is that of the rounded offsets, its gradient still the bilinear one.
+    """
+    (frame,) = frames
+    raw = network.offsets(frame.color)
+    projected = project(frame.color, raw, network.scale)
+    if progress > ROUNDED:
+        projected = projected + (project(frame.color, rounded(raw), network.scale) - projected).detach()
+    return (criterion or losses.ssim)(projected, reference[0])
+
+
+def model_tensors(network, jitters=None, mlp=False, half=False):
+    return plain_model_tensors(network, half)
+
+
+def load_model(tensors, metadata):
+    network = Srpo(int(metadata["scale"]))
+    network.load_state_dict(tensors)
+    return network

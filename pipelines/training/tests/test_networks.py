@@ -1,0 +1,173 @@
+"""The networks against the specification and the papers: python3 -m unittest discover tests."""
+
+import math
+import os
+import tempfile
+import unittest
+
+import torch
+import torch.nn.functional as F
+
+from clarus_training import enss, frame, mnss, model_file, nsrr, operators, srpo
+from clarus_training.frame import Frame
+
+
+def count(network):
+    return sum(parameter.numel() for parameter in network.parameters())
+
+
+def frames(number, height=6, width=9, batch=2, still=False):
+    result = []
+    for t in range(number):
+        motion = torch.randn(batch, 2, height, width) * (0 if still else 1)
+        image = torch.rand(batch, 4, height, width)
+        result.append(Frame(image[:, :3], image[:, 3:], motion, operators.halton_jitter()[t], (0.1 * t, -0.2)))
+    return result
+
+
+def networks(scale=2):
+    return {
+        "enss": enss.create(scale, 8, 1, 16),
+        "nsrr": nsrr.create(scale=scale, previous_frames=2, width=4),
+        "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
+        "mnss": mnss.create(scale),
+        "srpo": srpo.create(scale),
+    }
+
+
+class Networks(unittest.TestCase):
+    def setUp(self):
+        torch.manual_seed(0)
+        torch.set_grad_enabled(False)
+
+    def tearDown(self):
+        torch.set_grad_enabled(True)
+
+    def test_parameters(self):
+        def layers(*widths, size=3):
+            return sum(size * size * a * b + b for a, b in zip(widths, widths[1:]))
+
+        self.assertEqual(count(srpo.create(2)), 8434)
+        self.assertEqual(count(mnss.create(3)), layers(4, 1) + layers(6, 8, 3) + layers(3, 16, 32, 32, 3))
+        features, reweighting = layers(4, 32, 32, 8), layers(20, 32, 32, 4)
+        for width in (32, 16):
+            unet = layers(60, 2 * width, width) + layers(width, 2 * width, 2 * width) + layers(2 * width, 4 * width, 4 * width)
+            unet += layers(6 * width, 2 * width, 2 * width) + layers(3 * width, width, 3)
+            self.assertEqual(count(nsrr.create(scale=4, width=width)), 2 * features + reweighting + unet)
+        self.assertEqual(count(nsrr.create(scale=4, previous_frames=0)), features + count(nsrr.UNet(12, 32)))
+
+    def test_shapes_and_range(self):
+        for scale in (2, 3):
+            for name, network in networks(scale).items():
+                for output in frame.run(network, frames(3)):
+                    self.assertEqual(output.shape, (2, 3, 6 * scale, 9 * scale), name)
+                    self.assertTrue(((output >= 0) & (output <= 1)).all(), name)
+
+    def test_ahead_changes_nothing(self):
+        clip = frames(4)
+        for name, network in networks().items():
+            state = None
+            for t, output in enumerate(frame.run(network, clip)):
+                alone, state = network.step(clip[t], state)
+                self.assertLess((alone - output).abs().max().item(), 1e-5, name)
+
+    def test_invalid_motion_everywhere_is_a_reset(self):
+        first, second = frames(2)
+        nowhere = second._replace(motion=torch.full_like(second.motion, float("nan")))
+        half = second._replace(motion=torch.cat((nowhere.motion[:1], second.motion[1:])))
+        for name, network in networks().items():
+            _, state = network.step(first)
+            reset, _ = network.step(second)
+            continued, _ = network.step(second, state)
+            self.assertLess((network.step(nowhere, state)[0] - reset).abs().max().item(), 1e-5, name)
+            mixed, _ = network.step(half, state)
+            self.assertLess((mixed[0] - reset[0]).abs().max().item(), 1e-5, name)
+            self.assertLess((mixed[1] - continued[1]).abs().max().item(), 1e-5, name)
+            if name not in ("srpo", "nsrr alone"):
+                self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
+
+    def test_a_file_holds_the_network(self):
+        clip = frames(3)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.safetensors")
+            for name, network in networks().items():
+                model_file.save(path, network)
+                loaded = model_file.load(path)
+                for ours, theirs in zip(frame.run(network, clip), frame.run(loaded, clip)):
+                    self.assertTrue(torch.equal(ours, theirs), name)
+
+    def test_tensor_names(self):
+        names = {name.rsplit(".", 1)[0] for name in nsrr.create(scale=2).state_dict()}
+        wanted = {f"{group}.{i}" for group in ("features_current", "features_previous", "reweight") for i in range(3)}
+        wanted |= {f"unet.{part}.{i}" for part in ("enc1", "enc2", "bottleneck", "dec2", "dec1") for i in range(2)}
+        self.assertEqual(names, wanted)
+        names = {name.rsplit(".", 1)[0] for name in mnss.create(2).state_dict()}
+        self.assertEqual(names, {"inpaint", "antialias.0", "antialias.1"} | {f"reconstruct.{i}" for i in range(4)})
+        self.assertEqual(srpo.create(2).state_dict()["conv.2.weight"].shape, (2, 16, 5, 5))
+
+    def test_nsrr_state_is_warped_once_a_frame(self):
+        network = nsrr.create(scale=2, previous_frames=2, width=4)
+        clip = frames(3)
+        maps = [
+            operators.zero_upsample(previous, 2, each.jitter)
+            for each, (_, previous) in zip(clip, network.ahead(clip))
+        ]
+        motions = [operators.upsample_motion(each.motion, 2, each.motion_jitter) for each in clip]
+        state = None
+        for each in clip:
+            _, state = network.step(each, state)
+        self.assertLess((state[0] - maps[2]).abs().max().item(), 1e-6)
+        once = operators.warp(maps[1], motions[2], "zero", 0)
+        self.assertLess((state[1] - once).abs().max().item(), 1e-5)
+
+    def test_nsrr_pads_by_replication(self):
+        unet = nsrr.UNet(3, 4)
+        image = torch.rand(1, 3, 6, 9)
+        padded = torch.cat((image, image[..., -1:].expand(-1, -1, -1, 3)), dim=3)
+        padded = torch.cat((padded, padded[..., -1:, :].expand(-1, -1, 2, -1)), dim=2)
+        self.assertLess((unet(image) - unet(padded)[:, :, :6, :9]).abs().max().item(), 1e-6)
+
+    def test_mnss_first_frame(self):
+        network, (clip,) = mnss.create(2), frames(1)
+        inside = {}
+        output, (state, depth) = network.step(clip, inside=inside)
+        self.assertTrue(torch.equal(inside["history"], operators.upsample(clip.color, 2, clip.jitter)))
+        self.assertTrue(torch.equal(state, output))
+        self.assertTrue(torch.equal(depth, operators.upsample(clip.depth, 2, clip.jitter)))
+
+    def test_srpo(self):
+        network = srpo.create(3)
+        network.conv[-1].weight.mul_(300)
+        (clip,) = frames(1)
+        inside = {}
+        output, _ = network.step(clip, inside=inside)
+        raw, mask = inside["raw"], inside["mask"]
+        moved = 0
+        for n, y, x in ((0, 0, 0), (0, 7, 11), (1, 17, 26), (1, 9, 3), (0, 4, 20)):
+            ox, oy = (math.floor(raw[n, c, y, x].item() + 0.5) for c in (0, 1))
+            column, row = min(max(x // 3 + ox, 0), 8), min(max(y // 3 + oy, 0), 5)
+            self.assertLess((inside["projected"][n, :, y, x] - clip.color[n, :, row, column]).abs().max().item(), 1e-5)
+            weights = [math.exp(-d * d / 2) for d in range(-3, 4)]
+            moving, total = 0, sum(weights) ** 2
+            for dy in range(-3, 4):
+                for dx in range(-3, 4):
+                    if 0 <= y + dy < 18 and 0 <= x + dx < 27:
+                        there = [math.floor(raw[n, c, y + dy, x + dx].item() + 0.5) for c in (0, 1)]
+                        moving += weights[dy + 3] * weights[dx + 3] / total * (there != [0, 0])
+            self.assertAlmostEqual(mask[n, 0, y, x].item(), moving, 5)
+            moved += moving > 0
+        self.assertGreater(moved, 0)
+        flat = srpo.lanczos_upsample(torch.full((1, 3, 4, 4), 0.3), 3)
+        self.assertLess((flat - 0.3).abs().max().item(), 1e-6)
+        line = torch.zeros(1, 1, 1, 9)
+        line[..., 4] = 1
+        kernel = [math.sin(math.pi * d) / (math.pi * d) * math.sin(math.pi * d / 3) / (math.pi * d / 3) for d in (0.25, 0.75)]
+        both = srpo.lanczos_upsample(line, 2)[0, 0, 0]
+        taps = [0.25 + k for k in range(-3, 3)]
+        total = sum(math.prod(math.sin(math.pi * d / e) / (math.pi * d / e) for e in (1, 3)) for d in taps)
+        self.assertAlmostEqual(both[8].item(), kernel[0] / total, 5)
+        self.assertAlmostEqual(both[10].item(), kernel[1] / total, 5)
+
+
+if __name__ == "__main__":
+    unittest.main()
