@@ -144,7 +144,7 @@ std::shared_ptr<const Texture> Importer::texture_of(const Look& look, const fs::
 }
 
 fs::path Importer::find(const std::string& name, const fs::path& folder) {
-    std::string slashed = name;
+    std::string slashed = name.substr(0, name.find_last_not_of(" \t\r") + 1);
     std::ranges::replace(slashed, '\\', '/');
     std::error_code ignored;
     if (fs::is_regular_file(folder / slashed, ignored)) return folder / slashed;

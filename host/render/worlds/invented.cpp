@@ -106,11 +106,13 @@ class Inventor {
         if (random_.below(3) == 0) scene_.overlay = invented_hud(random_);
         scene_.add_static(statics_);
         const bool indoors = theme_ == Theme::hall;
+        std::vector<Way> ways;
+        for (const Loop& loop : loops_) ways.push_back(along(loop, [this](const V2d& at) { return ground(at); }));
         return {.center = {0, 0},
                 .reach = indoors ? 0.55 * reach : reach,
                 .top = indoors ? 3.5 : random_.uniform(6, 16),
                 .look_from = indoors ? 4.0 : 80.0,
-                .loops = loops_};
+                .ways = ways};
     }
 
     const std::vector<Target>& targets() const { return targets_; }

@@ -125,7 +125,7 @@ std::shared_ptr<const Texture> invented_surface(Random& random, const ColorSchem
     const float joint = between(random, 0.1, 0.7), roughness = between(random, 0.05, 0.5);
     const float stain = random.below(3) == 0 ? between(random, 0.2, 0.7) : 0;
     const V3f stain_color = colors.pick(random, 0.3f * brightness);
-    return std::make_shared<Texture>(8 + random.below(2), [=](float u, float v) {
+    return std::make_shared<Texture>(8 + random.below(4) / 3, [=](float u, float v) {
         const Tone tone = pattern(u, v, grain);
         V3f color = mix(first, second, tone.blend) * std::lerp(joint, 1.0f, tone.light);
         color *= 1 + roughness * (2 * fractal(u, v, 32, 3, grain.salt + 31) - 1);

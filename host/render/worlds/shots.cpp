@@ -38,6 +38,18 @@ class Waver {
 
 double any_fov(Random& random) { return random.uniform(42, 72) * pi / 180; }
 
+/// One of the stage's ways, or any.
+Way roam(const Scene& scene, Random& random, const Stage& stage) {
+    if (!stage.ways.empty() && random.below(4)) {
+        return stage.ways[static_cast<size_t>(random.below(static_cast<int>(stage.ways.size())))];
+    }
+    const V2d center = stage.center + V2d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)) * stage.reach;
+    const Loop loop = Loop::any(random, center, stage.reach * random.uniform(0.25, 0.75));
+    return along(loop, [&, last = 0.0](const V2d& at) mutable {
+        return last = ground_below(scene, {at.x, stage.look_from, at.y}).value_or(last);
+    });
+}
+
 }  // namespace
 
 CameraPose looking(const V3d& eye, const V3d& at, double fov_y) {
@@ -168,35 +180,22 @@ bool Loop::passes(const V2d& spot, double thing_radius) const {
     return false;
 }
 
-Way roam(const Scene& scene, Random& random, const Stage& stage) {
-    const V2d center = stage.center + V2d(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)) * stage.reach;
-    Loop loop = Loop::any(random, center, stage.reach * random.uniform(0.25, 0.75));
-    if (!stage.loops.empty() && random.below(4)) {
-        loop = stage.loops[static_cast<size_t>(random.below(static_cast<int>(stage.loops.size())))];
-    }
-    const double radius = loop.radius;
-    const auto place = [loop](double turn) { return loop.place(turn); };
+Way along(const Loop& loop, const std::function<double(const V2d& at)>& height) {
     // Heights along the way, smoothed as legs and tyres do.
     constexpr int count = 256, smoothing = 4;
-    std::array<double, count> found;
-    double last = 0;
-    for (int i = 0; i < count; ++i) {
-        const V2d at = place(2 * pi * i / count);
-        last = found[static_cast<size_t>(i)] = ground_below(scene, {at.x, stage.look_from, at.y}).value_or(last);
-    }
-    std::array<double, count> heights{};
+    std::array<double, count> heights{}, smooth{};
+    for (int i = 0; i < count; ++i) heights[static_cast<size_t>(i)] = height(loop.place(2 * pi * i / count));
     for (int i = 0; i < count; ++i) {
         for (int j = -smoothing; j <= smoothing; ++j) {
-            heights[static_cast<size_t>(i)] +=
-                found[static_cast<size_t>((i + j + count) % count)] / (2 * smoothing + 1);
+            smooth[static_cast<size_t>(i)] +=
+                heights[static_cast<size_t>((i + j + count) % count)] / (2 * smoothing + 1);
         }
     }
     return [=](double metres) {
-        const double turn = metres / radius, at = turn / (2 * pi) * count, floor = std::floor(at);
+        const double turn = metres / loop.radius, at = turn / (2 * pi) * count, floor = std::floor(at);
         const auto index = static_cast<size_t>(static_cast<long long>(floor) & (count - 1));
-        const double height = std::lerp(heights[index], heights[(index + 1) % count], at - floor);
-        const V2d here = place(turn);
-        return V3d(here.x, height, here.y);
+        const V2d here = loop.place(turn);
+        return V3d(here.x, std::lerp(smooth[index], smooth[(index + 1) % count], at - floor), here.y);
     };
 }
 

@@ -42,18 +42,19 @@ struct Loop {
     bool passes(const Imath::V2d& spot, double thing_radius) const;
 };
 
+/// Along a loop at the height that a place has.
+Way along(const Loop& loop, const std::function<double(const Imath::V2d& at)>& height);
+
 /// The part of a world in which cameras may be.
 struct Stage {
-    Imath::V2d center{0};       // x and z
-    double reach = 10;          // metres from there
-    double top = 20;            // of flights, above the ground
-    double look_from = 60;      // where to look for the ground from; below every ceiling
-    std::vector<Loop> loops{};  // ways that are free; where there are none, any way is tried
+    Imath::V2d center{0};     // x and z
+    double reach = 10;        // metres from there
+    double top = 20;          // of flights, above the ground
+    double look_from = 60;    // where to look for the ground from; below every ceiling
+    std::vector<Way> ways{};  // that are free; where there are none, any loop on the ground is tried
 };
-/// A way on the stage's ground: one of its loops, or any.
-Way roam(const Scene& scene, Random& random, const Stage& stage);
-/// Every kind of shot there is, for worlds without ways of their own. `targets` may be empty. The scene must outlive
-/// the ideas.
+/// Every kind of shot there is. `targets`, which may be empty, are followed. The scene must be built, and outlive the
+/// ideas.
 std::vector<ShotIdea> roaming_shots(const Scene& scene, const Stage& stage, const std::vector<Target>& targets);
 
 }  // namespace clarus::render

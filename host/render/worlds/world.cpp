@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "render/worlds/demo_scene.h"
+#include "render/worlds/interior.h"
 #include "render/worlds/invented.h"
 #include "render/worlds/model_world.h"
 #include "render/worlds/torcs.h"
@@ -31,6 +32,7 @@ std::vector<WorldKind> world_kinds() {
         {"demo", "a small town's square, another one for each path"},
         {"procedural:SEED", "made up from a number: towns, woods, deserts, works, by day and night"},
         {"torcs:TRACK", "race cars on a track of Debian's torcs-data:" + tracks},
+        {"interior:SEED", "rooms with furniture of Debian's sweethome3d-furniture"},
         {"FILE", "any model that assimp reads (glTF, OBJ, AC3D, ...), or TORCS' .acc"},
     };
 }
@@ -45,6 +47,7 @@ World make_world(const std::string& name, int path) {
     if (colon != std::string::npos) {
         if (kind == "procedural") return make_invented_world(seed_in(name, rest), path);
         if (kind == "torcs") return make_torcs_world(rest, path);
+        if (kind == "interior") return make_interior_world(seed_in(name, rest), path);
     }
     if (std::filesystem::exists(name)) return make_model_world(name, path);
     std::string kinds;
