@@ -85,6 +85,8 @@ int run(int argc, char** argv) {
     for (const Item& item : peaks) enroll("peak " + item.name, kKernelRepetitions, item.run);
     for (const Item& item : convolutions) enroll("convolution " + item.name, kKernelRepetitions, item.run);
     enroll(copy.name, kKernelRepetitions, copy.run);
+    const RenderItem rendering = render_item();
+    enroll(rendering.item.name, kFrameRepetitions, rendering.item.run);
     std::vector<std::unique_ptr<FrameBench>> frames;
     frames.push_back(std::make_unique<FrameBench>(device, "ENSS-S", 16, 1, Tuning::stored));
     frames.push_back(std::make_unique<FrameBench>(device, "ENSS-M", 32, 3, Tuning::stored));
@@ -130,6 +132,10 @@ int run(int argc, char** argv) {
         const double median = record.median(frame->name());
         if (median > 0) print_frame(*frame, median, peak, bandwidth);
     }
+    const double render = record.median(rendering.item.name);
+    if (render > 0)
+        fmt::print("\nsample renderer, demo scene, one core: {:.2f} million primary rays a second\n",
+                   1e-6 * rendering.rays / render);
     return EXIT_SUCCESS;
 }
 

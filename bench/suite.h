@@ -28,6 +28,13 @@ double clpeak_peak(const Device& device);
 /// Every convolution implementation but the obvious one, with its built-in choices, 3×3 at 960×540.
 std::vector<Item> convolution_items(const Device& device);
 
+/// A frame of the sample renderer's demo scene with its reference, on one core.
+struct RenderItem {
+    Item item;
+    double rays;  // that are shaded
+};
+RenderItem render_item();
+
 /// A network's frame at 1920×1080 output, images on the device. Its weights are random: time does not depend on them.
 class FrameBench {
   public:
