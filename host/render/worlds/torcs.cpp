@@ -91,17 +91,19 @@ Car read_car(Importer& importer, const std::string& name) {
     return car;
 }
 
-/// Cars that drive together.
+/// Cars that drive together. Even paths have one half of the kinds, odd ones the other, so that what is learnt on the
+/// one can be judged on the other.
 class Pack {
   public:
-    Pack(Scene& scene, const Track& track, Random& random) {
+    Pack(Scene& scene, const Track& track, int path, Random& random) {
         Importer importer(scene, {data / "data" / "textures"});
         const int count = 3 + random.below(4);
         const double room = track.width() - 3, speed = random.uniform(18, 45);
         start_ = random.uniform(0, track.length());
-        const int first = random.below(static_cast<int>(cars.size()));
+        constexpr int half = cars.size() / 2;
+        const int first = random.below(half);
         for (int i = 0; i < count; ++i) {
-            const auto kind = static_cast<size_t>(first + i * 5) % cars.size();
+            const auto kind = static_cast<size_t>((first + i * 5) % half * 2 + path % 2);
             // A lane each, so that they can overtake.
             const double offset = room * (i / (count - 1.0) - 0.5);
             drivers_.push_back({track.lane(offset - 0.7), track.lane(offset + 0.7), start_ - random.uniform(0, 14) * i,
@@ -250,7 +252,7 @@ World make_torcs_world(const std::string& name, int path) {
     Scene& scene = *world.scene;
     scene.environment = daylight(random);
     scene.add_static(Importer(scene, {data / "data" / "textures"}).load(pieces, folder));
-    const Pack pack(scene, track, random);
+    const Pack pack(scene, track, path, random);
     scene.build();
     const Film film(scene, random, path, race_shots(scene, track, pack));
     world.frame = [film](int frame) { return film.frame(frame); };
