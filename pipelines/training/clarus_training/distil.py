@@ -14,41 +14,49 @@ from . import enss, export, operators, validation
 from .sequence import find
 
 TABLE = 32
-JITTERS = 512  # a step
+POOL, BATCH = 8192, 128  # jitters all over the pixel, and how many of them a step looks at
 
 
 def fit(teacher, hidden, steps, rate=2e-3, seed=0):
     """A KernelMlp of `hidden` units a layer that predicts what the teacher does, and the share of the variance it misses."""
     torch.manual_seed(seed)
-    count = teacher.layers[-1].out_features
-    student = enss.KernelMlp(count, hidden)
+    last = teacher.layers[-1]
+    student = enss.KernelMlp(last.out_features, hidden)
     table = torch.tensor(operators.halton_jitter(TABLE))
     with torch.no_grad():
+        enss.start_hidden_layers(student)
         axis = torch.linspace(-0.5, 0.5, 33)
         grid = torch.cat((table, torch.cartesian_prod(axis, axis)))
-        wanted = teacher(grid)
-        mean = wanted.mean(dim=0)
-        # Kernels vary along few directions: their coordinates there are as many numbers to learn, not thousands.
-        _, strength, basis = torch.linalg.svd(wanted - mean, full_matrices=False)
+        # Kernels vary along few directions: their coordinates there are as many numbers to learn, not thousands. They are
+        # found among the teacher's hidden units, which are as many as its kernels have dimensions at the most.
+        seen = teacher.hidden(grid)
+        mean = seen.mean(dim=0)
+        variance, directions = torch.linalg.eigh((seen - mean).T @ (seen - mean))
+        spread = (variance.clamp(min=0).sqrt() * directions).T @ last.weight.T
+        _, strength, basis = torch.linalg.svd(spread, full_matrices=False)
         kept = min(hidden, int((strength > 1e-4 * strength[0]).sum()))
         basis, scale = basis[:kept], strength[0] / math.sqrt(len(grid))
-        enss.start_hidden_layers(student)
+        to_coordinates = last.weight.T @ basis.T / scale
+
+        jitters = torch.rand(POOL, 2) - 0.5
+        table_target, pool_target = ((teacher.hidden(each) - mean) @ to_coordinates for each in (table, jitters))
+
     coordinates = torch.nn.Linear(hidden, kept)
     optimizer = torch.optim.Adam([*student.layers[:-1].parameters(), *coordinates.parameters()])
     for step in range(steps):
         for group in optimizer.param_groups:
             group["lr"] = 1e-6 + rate * (1 + math.cos(math.pi * step / steps)) / 2
-        jitters = torch.cat((table, torch.rand(JITTERS - TABLE, 2) - 0.5))
-        with torch.no_grad():
-            target = (teacher(jitters) - mean) @ basis.T / scale
-        loss = (coordinates(student.hidden(jitters)) - target).square().sum(dim=1).mean()
+        drawn = torch.randint(POOL, (BATCH,))
+        predicted = coordinates(student.hidden(torch.cat((table, jitters[drawn]))))
+        loss = (predicted - torch.cat((table_target, pool_target[drawn]))).square().sum(dim=1).mean()
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         optimizer.step()
     with torch.no_grad():
         student.layers[-1].weight.copy_(scale * (basis.T @ coordinates.weight))
-        student.layers[-1].bias.copy_(mean + scale * (coordinates.bias @ basis))
-        missed = (student(grid) - wanted).square().sum() / (wanted - mean).square().sum()
+        student.layers[-1].bias.copy_(last.weight @ mean + last.bias + scale * (coordinates.bias @ basis))
+        wanted = teacher(grid)
+        missed = (student(grid) - wanted).square().sum() / (wanted - wanted.mean(dim=0)).square().sum()
     return student, missed.item()
 
 

@@ -24,7 +24,7 @@ class KernelTable(nn.Module):
         self.kernels = nn.Parameter(torch.as_tensor(kernels).clone())
 
     def forward(self, jitters):
-        distance = (self.jitters - self.jitters.new_tensor(jitters)[:, None]).square().sum(dim=2)
+        distance = (self.jitters - torch.as_tensor(jitters).to(self.jitters)[:, None]).square().sum(dim=2)
         return self.kernels[distance.argmin(dim=1)]
 
 
@@ -44,7 +44,7 @@ class KernelMlp(nn.Module):
         return x
 
     def forward(self, jitters):
-        return self.layers[-1](self.hidden(self.layers[0].weight.new_tensor(jitters)))
+        return self.layers[-1](self.hidden(torch.as_tensor(jitters).to(self.layers[0].weight)))
 
 
 class Ahead(NamedTuple):

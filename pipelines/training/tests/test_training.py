@@ -16,7 +16,7 @@ import numpy as np
 import OpenImageIO as oiio
 import torch
 
-from clarus_training import dataset, evaluate, export, manifest, model_file, operators, sequence, train
+from clarus_training import dataset, distil, enss, evaluate, export, manifest, model_file, operators, sequence, train
 
 
 def write(path, pixels):
@@ -184,6 +184,17 @@ class Loop(WithData):
                     outputs = [network.step(data.frame(t))[0] for network in (loaded, trained)]
                     self.assertLess((outputs[0] - outputs[1]).abs().max().item(), 1e-4, pipeline)
 
+
+    def test_distillation(self):
+        teacher = enss.create(2, 4, 0, 32).kernels
+        student, missed = distil.fit(teacher, hidden=24, steps=300)
+        jitters = torch.rand(50, 2) - 0.5
+        with torch.no_grad():
+            wanted = teacher(jitters)
+            error = (student(jitters) - wanted).square().sum() / (wanted - wanted.mean(dim=0)).square().sum()
+        self.assertLess(error.item(), 0.05)
+        self.assertLess(missed, 0.05)
+        self.assertEqual(student.layers[3].weight.shape, (24, 24))
 
     def test_ends_when_told(self):
         step = train.Training.step
