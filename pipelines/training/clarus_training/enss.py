@@ -24,7 +24,7 @@ class KernelTable(nn.Module):
         self.kernels = nn.Parameter(torch.as_tensor(kernels).clone())
 
     def forward(self, jitters):
-        distance = (self.jitters - self.jitters.new_tensor(jitters)[:, None]).square().sum(dim=2)
+        distance = (self.jitters - torch.as_tensor(jitters).to(self.jitters)[:, None]).square().sum(dim=2)
         return self.kernels[distance.argmin(dim=1)]
 
 
@@ -44,7 +44,7 @@ class KernelMlp(nn.Module):
         return x
 
     def forward(self, jitters):
-        return self.layers[-1](self.hidden(self.layers[0].weight.new_tensor(jitters)))
+        return self.layers[-1](self.hidden(torch.as_tensor(jitters).to(self.layers[0].weight)))
 
 
 class Ahead(NamedTuple):
@@ -167,12 +167,7 @@ def create(scale, features, middle, hidden):
     mlp = KernelMlp(kernel_count(scale, features), hidden)
     network = Enss(scale, features, middle, mlp)
     with torch.no_grad():
-        for layer in mlp.layers[:-1]:
-            nn.init.kaiming_uniform_(layer.weight, nonlinearity="relu")
-            nn.init.uniform_(layer.bias, -0.1, 0.1)
-        # Jitters are small: a first layer with kinks all over [−½, ½]² tells them apart from the start.
-        nn.init.uniform_(mlp.layers[0].weight, -2, 2)
-        nn.init.uniform_(mlp.layers[0].bias, -1, 1)
+        start_hidden_layers(mlp)
         random = starting_noise(scale, features)
         axis = torch.linspace(-0.5, 0.5, 9)
         jitters = torch.cat((torch.tensor(operators.halton_jitter()), torch.cartesian_prod(axis, axis)))
@@ -191,6 +186,16 @@ def create(scale, features, middle, hidden):
             for c in range(3):
                 layer.weight[c, c, 1, 1] = 1
     return network
+
+
+def start_hidden_layers(mlp):
+    """Weights of all layers but the last."""
+    for layer in mlp.layers[:-1]:
+        nn.init.kaiming_uniform_(layer.weight, nonlinearity="relu")
+        nn.init.uniform_(layer.bias, -0.1, 0.1)
+    # Jitters are small: a first layer with kinks all over [−½, ½]² tells them apart from the start.
+    nn.init.uniform_(mlp.layers[0].weight, -2, 2)
+    nn.init.uniform_(mlp.layers[0].bias, -1, 1)
 
 
 def starting_noise(scale, features):

@@ -1,9 +1,10 @@
 """Writes the golden models, inputs and outputs that the C++ tests compare with: python3 -m clarus_training.golden DIR.
 
 Each case is a pair of files: NAME.model.safetensors, a model with random weights, and NAME.golden.safetensors: the
-inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T]; the `output` [T, H, W, 3]; and of frame 3
-`warped` [4, H, W] (colour, feature), `alpha` [1, H, W] and `candidate` [3, H, W]. Motion is canonical but unchecked: it holds
-vectors that are not finite or longer than the image's diagonal; depth holds ties. Outputs are computed in double precision.
+inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T], and where motion was not sampled at pixel centres
+`motion_jitter` [T, 2]; the `output` [T, H, W, 3]; and what the network shows of frame 3 as [C, H, W], such as ENSS's `warped`
+(colour, feature), `alpha` and `candidate`. Motion is canonical but unchecked: it holds vectors that are not finite or longer
+than the image's diagonal; depth holds ties. Outputs are computed in double precision.
 """
 
 import argparse
@@ -12,7 +13,7 @@ import os
 import numpy as np
 import torch
 
-from . import enss, model_file, operators, safetensors
+from . import enss, mnss, model_file, nsrr, operators, safetensors, srpo
 from .frame import Frame
 
 FRAMES = 8
@@ -20,17 +21,59 @@ RESET_AT = 5
 INSIDE_AT = 3
 HALTON = operators.halton_jitter()
 
-# `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has.
+# `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`: motion
+# was sampled where colour was.
 CASES = {
-    "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
-    "enss_x3_table": dict(scale=3, features=8, middle=0, size=(11, 7), table=HALTON[:6], away=0.004),
-    "enss_x4_single": dict(scale=4, features=12, middle=2, size=(9, 8), table=HALTON[:1]),
-    "enss_x2_mlp": dict(scale=2, features=8, middle=1, size=(17, 11), hidden=32),
-    "enss_x2_1x1": dict(scale=2, features=4, middle=1, size=(1, 1), table=HALTON[:1]),
+    "enss": {
+        "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
+        "enss_x3_table": dict(scale=3, features=8, middle=0, size=(11, 7), table=HALTON[:6], away=0.004),
+        "enss_x4_single": dict(scale=4, features=12, middle=2, size=(9, 8), table=HALTON[:1]),
+        "enss_x2_mlp": dict(scale=2, features=8, middle=1, size=(17, 11), hidden=32),
+        "enss_x2_1x1": dict(scale=2, features=4, middle=1, size=(1, 1), table=HALTON[:1]),
+    },
+    "nsrr": {
+        "nsrr_x4": dict(scale=4, width=8, size=(9, 7)),
+        "nsrr_x2_rgb": dict(scale=2, width=4, size=(11, 9), previous_frames=2, network_color="rgb", jittered=True),
+        "nsrr_x3_alone": dict(scale=3, width=4, size=(7, 6), previous_frames=0),
+    },
+    "mnss": {
+        "mnss_x2": dict(scale=2, size=(13, 9)),
+        "mnss_x3": dict(scale=3, size=(9, 7), jittered=True),
+    },
+    "srpo": {
+        "srpo_x2": dict(scale=2, size=(13, 9)),
+        "srpo_x3": dict(scale=3, size=(9, 8)),
+    },
 }
 
 
-def random_network(generator, scale, features, middle, table=None, hidden=None):
+def random_weights(generator, network, gain):
+    """Of a size that keeps features alive; rounded to what the file holds in half precision."""
+    with torch.no_grad():
+        for parameter in network.parameters():
+            fan_in = parameter[0].numel() if parameter.ndim > 1 else 1
+            std = (2 / fan_in) ** 0.5 * gain if parameter.ndim > 1 else 0.1
+            parameter.copy_((torch.randn(parameter.shape, generator=generator) * std).half().float())
+    return network
+
+
+def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", **_):
+    network = random_weights(generator, nsrr.Nsrr(scale, previous_frames, width, network_color), 0.9)
+    with torch.no_grad():
+        network.unet.dec1[1].weight.copy_((network.unet.dec1[1].weight * 0.3).half())
+        network.unet.dec1[1].bias.copy_((network.unet.dec1[1].bias + 0.5).half())
+    return network
+
+
+def random_mnss(generator, scale, **_):
+    return random_weights(generator, mnss.Mnss(scale), 0.5)
+
+
+def random_srpo(generator, scale, **_):
+    return random_weights(generator, srpo.Srpo(scale), 1.2)
+
+
+def random_enss(generator, scale, features, middle, table=None, hidden=None, **_):
     """Weights large enough for α to span (0, 1), the candidate around ½, every feature alive."""
 
     def normal(*shape, std):
@@ -75,7 +118,10 @@ def random_network(generator, scale, features, middle, table=None, hidden=None):
     return network
 
 
-def random_inputs(generator, size, away=0.0, table=None, **_):
+RANDOM_NETWORKS = {"enss": random_enss, "nsrr": random_nsrr, "mnss": random_mnss, "srpo": random_srpo}
+
+
+def random_inputs(generator, size, away=0.0, table=None, jittered=False, **_):
     width, height = size
     shape = (FRAMES, height, width)
 
@@ -92,7 +138,8 @@ def random_inputs(generator, size, away=0.0, table=None, **_):
     jitter[RESET_AT - 1] += away
     reset = torch.zeros(FRAMES, dtype=torch.int32)
     reset[[0, RESET_AT]] = 1
-    return dict(color=uniform(*shape, 3), depth=depth, motion=motion, jitter=jitter, reset=reset)
+    inputs = dict(color=uniform(*shape, 3), depth=depth, motion=motion, jitter=jitter, reset=reset)
+    return {**inputs, "motion_jitter": jitter} if jittered else inputs
 
 
 def run(network, inputs):
@@ -103,7 +150,8 @@ def run(network, inputs):
         for t in range(FRAMES):
             seen = {}
             images = (image[t : t + 1] for image in (color, depth, operators.mark_invalid(motion)))
-            frame = Frame(*images, tuple(inputs["jitter"][t].tolist()))
+            where = inputs.get("motion_jitter", torch.zeros(FRAMES, 2))
+            frame = Frame(*images, *(tuple(each[t].tolist()) for each in (inputs["jitter"], where)))
             output, state = network.step(frame, None if inputs["reset"][t] else state, inside=seen)
             outputs.append(output[0].permute(1, 2, 0))
             if t == INSIDE_AT:
@@ -114,20 +162,22 @@ def run(network, inputs):
 def main():
     parser = argparse.ArgumentParser(description="Write the golden files of the C++ tests.")
     parser.add_argument("directory")
-    directory = parser.parse_args().directory
-    for seed, (name, case) in enumerate(CASES.items()):
-        generator = torch.Generator().manual_seed(seed)
-        sizes = {key: case[key] for key in ("scale", "features", "middle")}
-        network = random_network(generator, table=case.get("table"), hidden=case.get("hidden"), **sizes)
+    parser.add_argument("--pipelines", nargs="+", choices=sorted(CASES), default=["enss"])
+    arguments = parser.parse_args()
+    directory = arguments.directory
+    chosen = [(pipeline, *case) for pipeline in arguments.pipelines for case in CASES[pipeline].items()]
+    for pipeline, name, case in chosen:
+        generator = torch.Generator().manual_seed(list(CASES[pipeline]).index(name))
+        network = RANDOM_NETWORKS[pipeline](generator, **case)
         inputs = random_inputs(generator, **case)
         model_file.save(os.path.join(directory, f"{name}.model.safetensors"), network, half=True)
         results = run(network, inputs)
         golden = {key: value.numpy() for key, value in inputs.items()}
         golden.update({key: value.numpy().astype(np.float32) for key, value in results.items()})
-        facts = {"pipeline": "enss", "scale": str(case["scale"])}
+        facts = {"pipeline": pipeline, "scale": str(case["scale"])}
         safetensors.save(os.path.join(directory, f"{name}.golden.safetensors"), golden, facts)
-        alpha = results["alpha"]
-        print(f"{name}: output {tuple(results['output'].shape)}, alpha {alpha.min():.3f} … {alpha.max():.3f}")
+        ranges = ", ".join(f"{key} {value.min():.3f} … {value.max():.3f}" for key, value in results.items())
+        print(f"{name}: {tuple(results['output'].shape)}, {ranges}")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ steps asked for, wherever an interruption came.
 """
 
 import argparse
+import contextlib
 import csv
 import math
 import os
@@ -166,6 +167,38 @@ class Training:
         return [sum(column) / len(column) for column in zip(*figures)] if figures else [math.nan, math.nan]
 
 
+class LogTable:
+    """A CSV file that grows with a run, resumed or not; what is written is printed too."""
+
+    def __init__(self, path, resumed):
+        self.file = open(path, "a" if resumed else "w", newline="", buffering=1)
+        self.table = csv.writer(self.file)
+        if not resumed:
+            self.write("seconds", "iteration", "rate", "loss", "psnr", "bicubic psnr")
+
+    def write(self, *row):
+        self.table.writerow(row)
+        print(*row, flush=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+
+
+@contextlib.contextmanager
+def told_to_end():
+    """A list that is empty until the process is interrupted or told to terminate, which then it does not by itself."""
+    told = []
+    before = {name: signal.signal(name, lambda *_: told.append(name)) for name in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield told
+    finally:
+        for name, handler in before.items():
+            signal.signal(name, handler)
+
+
 def main():
     arguments = parse()
     if arguments.threads:
@@ -183,28 +216,20 @@ def main():
     turn, tint = not arguments.no_turns, not arguments.no_tints
     clips = [dataset.Clips(sequences, length, arguments.crop, turn, tint) for length in lengths]
 
-    told_to_end = []
-    for name in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(name, lambda number, _: told_to_end.append(number))
-    log = open(os.path.join(arguments.output, "log.csv"), "a" if training.iteration else "w", newline="", buffering=1)
-    table = csv.writer(log)
-    if not training.iteration:
-        table.writerow(["seconds", "iteration", "rate", "loss", "psnr", "bicubic psnr"])
-    now, last_saved = time.monotonic(), training.elapsed
-    while training.progress < 1 and not told_to_end:
-        rate = training.step(clips)
-        # A process that was paused for a while has not trained meanwhile.
-        now, before = time.monotonic(), now
-        training.elapsed += min(now - before, LONGEST_STEP)
-        end = training.progress >= 1 or told_to_end
-        if end or training.elapsed - last_saved > 60 * arguments.checkpoint_minutes:
-            training.save(checkpoint)
-            ours, bicubic = training.validate([] if told_to_end else held_out)
-            figures = [f"{rate:.2e}", f"{training.running:.5f}", f"{ours:.3f}", f"{bicubic:.3f}"]
-            row = [f"{training.elapsed:.0f}", training.iteration, *figures]
-            table.writerow(row)
-            print(*row, flush=True)
-            last_saved, now = training.elapsed, time.monotonic()
+    with LogTable(os.path.join(arguments.output, "log.csv"), training.iteration) as log, told_to_end() as told:
+        now, last_saved = time.monotonic(), training.elapsed
+        while training.progress < 1 and not told:
+            rate = training.step(clips)
+            # A process that was paused for a while has not trained meanwhile.
+            now, before = time.monotonic(), now
+            training.elapsed += min(now - before, LONGEST_STEP)
+            end = training.progress >= 1 or told
+            if end or training.elapsed - last_saved > 60 * arguments.checkpoint_minutes:
+                training.save(checkpoint)
+                ours, bicubic = training.validate([] if told else held_out)
+                figures = [f"{rate:.2e}", f"{training.running:.5f}", f"{ours:.3f}", f"{bicubic:.3f}"]
+                log.write(f"{training.elapsed:.0f}", training.iteration, *figures)
+                last_saved, now = training.elapsed, time.monotonic()
 
 
 if __name__ == "__main__":

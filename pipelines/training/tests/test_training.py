@@ -1,0 +1,257 @@
+"""Data, the loop and evaluation, on tiny synthetic sequences: python3 -m unittest discover tests."""
+
+import contextlib
+import csv
+import io
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+import numpy as np
+import OpenImageIO as oiio
+import torch
+
+from clarus_training import dataset, distil, enss, evaluate, export, manifest, model_file, operators, sequence, train
+
+
+def write(path, pixels):
+    kind = "float" if path.endswith(".exr") else "uint8"
+    output = oiio.ImageOutput.create(path)
+    output.open(path, oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind))
+    output.write_image(pixels)
+    output.close()
+
+
+def scene(x, y):
+    """Smooth colour anywhere in the plane."""
+    waves = [np.sin(a * x + b * y + c) for a, b, c in ((0.9, 0.3, 0), (-0.4, 1.1, 1), (0.5, 0.7, 2))]
+    return np.stack([0.5 + 0.4 * wave for wave in waves], axis=-1)
+
+
+def write_sequence(folder, count=6, size=(24, 16), scale=2, period=4, color_space="srgb", resets=(), speed=(1.0, 0.5)):
+    """A plane that moves by `speed` render pixels a frame, sampled with Halton jitter."""
+    width, height = size
+    os.makedirs(folder)
+    frames = []
+    for t in range(count):
+        jitter = operators.halton_jitter(period)[t % period]
+
+        def at(s, offset):
+            x = (np.arange(s * width) + 0.5) / s + offset[0] - speed[0] * t
+            y = (np.arange(s * height) + 0.5) / s + offset[1] - speed[1] * t
+            pixels = scene(*np.meshgrid(x, y))
+            return (255 * pixels).round().astype(np.uint8) if color_space == "srgb" else pixels.astype(np.float32)
+
+        kind = "png" if color_space == "srgb" else "exr"
+        names = {name: f"{name}{t}.{end}" for name, end in (("color", kind), ("depth", "exr"), ("motion", "exr"), ("reference", kind))}
+        write(os.path.join(folder, names["color"]), at(1, jitter))
+        write(os.path.join(folder, names["reference"]), at(scale, (0, 0)))
+        write(os.path.join(folder, names["depth"]), np.full((height, width, 1), 0.5, np.float32))
+        vectors = np.tile(np.float32([-speed[0], -speed[1]]), (height, width, 1))
+        write(os.path.join(folder, names["motion"]), np.concatenate((vectors, vectors[..., :1]), axis=2))
+        frames.append({**names, "jitter": jitter, "reset": t in resets})
+    facts = {"version": 1, "render_size": size, "scale": scale, "color_space": color_space, "frames": frames}
+    with open(os.path.join(folder, "sequence.json"), "w") as file:
+        json.dump(facts, file)
+
+
+def run(module, *words):
+    with mock.patch.object(sys, "argv", ["program", *map(str, words)]), contextlib.redirect_stdout(io.StringIO()) as out:
+        module.main()
+    return out.getvalue()
+
+
+class WithData(unittest.TestCase):
+    def setUp(self):
+        torch.manual_seed(0)
+        self.threads = torch.get_num_threads()
+        torch.set_num_threads(1)
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = self.folder.name
+        write_sequence(os.path.join(self.path, "data", "a"))
+
+    def tearDown(self):
+        torch.set_num_threads(self.threads)
+        self.folder.cleanup()
+
+    def at(self, *names):
+        return os.path.join(self.path, *names)
+
+
+class Data(WithData):
+    def test_batches_agree_in_jitter_and_reset_by_invalid_motion(self):
+        write_sequence(self.at("data", "b"), size=(32, 24), resets=(0, 3))
+        write_sequence(self.at("data", "c"), period=7)
+        write_sequence(self.at("data", "d"), color_space="linear")
+        found = {os.path.basename(s.directory): s for s in sequence.find([self.path])}
+        clips = dataset.Clips(list(found.values()), 3, 16, turn=False, tint=False)
+        chance, seen = random.Random(0), set()
+        for _ in range(60):
+            frames, reference = clips.batch(2, chance)
+            self.assertEqual(reference.shape, (3, 2, 3, 32, 32))
+            jitters = [frame.jitter for frame in frames]
+            self.assertTrue(any(jitters == s.jitter[t : t + 3] for s in found.values() for t in range(4)))
+            for frame in frames:
+                self.assertEqual(frame.color.shape, (2, 3, 16, 16))
+                self.assertTrue(0 <= frame.color.min() and frame.color.max() <= 1)
+                gone = torch.isnan(frame.motion).flatten(1)
+                self.assertTrue((gone.all(dim=1) == gone.any(dim=1)).all())
+                seen.add(gone.any().item())
+        self.assertEqual(seen, {False, True})
+
+    def test_turned_data_is_as_consistent_as_it_was(self):
+        clips = dataset.Clips(sequence.find([self.path]), 4, 16, turn=True, tint=False)
+        chance, kinds = random.Random(1), set()
+        for _ in range(24):
+            frames, reference = clips.batch(1, chance)
+            kinds.add(tuple(frames[1].motion[0, :, 8, 8].tolist()))
+            for t, frame in enumerate(frames):
+                # The smooth scene resampled at the jittered places is the reference there.
+                resampled = operators.keys_upsample(frame.color, 2, frame.jitter)
+                self.assertLess((resampled - reference[t])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
+                if t:
+                    motion = operators.dilate(frame.motion, frame.depth, 2)
+                    warped = operators.warp(reference[t - 1], motion, "clamp", 0)
+                    self.assertLess((warped - reference[t])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
+        self.assertEqual(kinds, {(x, y) for a, b in ((1.0, 0.5), (0.5, 1.0)) for x in (a, -a) for y in (b, -b)})
+
+    def test_tints_are_linear_and_stay_in_range(self):
+        chance = random.Random(2)
+        for _ in range(20):
+            gain, offset = dataset.tints(4, chance)
+            self.assertTrue(((offset >= 0) & (gain > 0) & (gain + offset <= 1)).all())
+        clips = dataset.Clips(sequence.find([self.path]), 1, 16, turn=False, tint=True)
+        for _ in range(10):
+            frames, reference = clips.batch(4, chance)
+            resampled = operators.keys_upsample(frames[0].color, 2, frames[0].jitter)
+            self.assertLess((resampled - reference[0])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
+
+    def test_crops_keep_their_dilated_motion(self):
+        (whole,) = sequence.find([self.path])
+        frames, _ = dataset.Clips([whole], 2, 8, turn=False, tint=False).batch(1, random.Random(3))
+        self.assertEqual(tuple(frames[1].motion[0, :, 0, 0].tolist()), (-1.0, -0.5))
+
+
+class Loop(WithData):
+    def train(self, output, *words, pipeline="enss", size=("--size", "s")):
+        options = ["--scale", 2, "--data", self.at("data"), "--crop", 16, "--clip", 2, 3, "--batch", 2, "--hidden", 16]
+        run(train, "--pipeline", pipeline, *size, *options, "--output", self.at(output), "--threads", 1, *words)
+        with open(self.at(output, "log.csv")) as file:
+            return list(csv.DictReader(file)), torch.load(self.at(output, "checkpoint.pt"))
+
+    def test_resuming_is_as_if_nothing_had_happened(self):
+        _, whole = self.train("whole", "--steps", 8)
+        stop = mock.patch.object(train.Training, "progress", property(lambda self: self.iteration / 8 if self.iteration < 5 else 1))
+        with stop:
+            rows, half = self.train("half", "--steps", 8)
+        self.assertEqual((half["iteration"], len(rows)), (5, 1))
+        rows, resumed = self.train("half", "--steps", 8, "--resume")
+        self.assertEqual((resumed["iteration"], len(rows)), (8, 2))
+        for part in ("network", "raw"):
+            for name, tensor in whole[part].items():
+                self.assertTrue(torch.equal(tensor, resumed[part][name]), name)
+        self.assertTrue(any((whole["raw"][name] - whole["network"][name]).abs().max() > 0 for name in whole["raw"]))
+        self.assertEqual(whole["running"], resumed["running"])
+
+    def test_every_network_learns_and_is_exported(self):
+        cases = {"enss": ("--size", "s"), "nsrr": ("--size", "fast"), "mnss": (), "srpo": ()}
+        for pipeline, size in cases.items():
+            clip = ["--clip", 1 if pipeline == "srpo" else 3]
+            losses, step = [], train.Training.step
+
+            def watched(training, clips):
+                before = training.running
+                rate = step(training, clips)
+                now = training.running if before is None else (training.running - 0.98 * before) / 0.02
+                losses.append(now)
+                return rate
+
+            words = ["--steps", 24, "--rate", 3e-3, "--no-turns", "--no-tints", *clip]
+            with mock.patch.object(train.Training, "step", watched):
+                self.train(pipeline, *words, pipeline=pipeline, size=size)
+            self.assertLess(sum(losses[-6:]), 0.97 * sum(losses[:6]), pipeline)
+            model = self.at(f"{pipeline}.safetensors")
+            run(export, self.at(pipeline, "checkpoint.pt"), model, "--float32")
+            loaded, trained = model_file.load(model), export.load_checkpoint(self.at(pipeline, "checkpoint.pt"))
+            (data,) = sequence.find([self.at("data")])
+            with torch.no_grad():
+                for t in range(2):
+                    outputs = [network.step(data.frame(t))[0] for network in (loaded, trained)]
+                    self.assertLess((outputs[0] - outputs[1]).abs().max().item(), 1e-4, pipeline)
+
+
+    def test_distillation(self):
+        teacher = enss.create(2, 4, 0, 32).kernels
+        student, missed = distil.fit(teacher, hidden=24, steps=300)
+        jitters = torch.rand(50, 2) - 0.5
+        with torch.no_grad():
+            wanted = teacher(jitters)
+            error = (student(jitters) - wanted).square().sum() / (wanted - wanted.mean(dim=0)).square().sum()
+        self.assertLess(error.item(), 0.05)
+        self.assertLess(missed, 0.05)
+        self.assertEqual(student.layers[3].weight.shape, (24, 24))
+
+    def test_ends_when_told(self):
+        step = train.Training.step
+
+        def interrupted(training, clips):
+            if training.iteration == 2:
+                os.kill(os.getpid(), signal.SIGTERM)
+            return step(training, clips)
+
+        with mock.patch.object(train.Training, "step", interrupted):
+            rows, checkpoint = self.train("told", "--steps", 100)
+        self.assertEqual((checkpoint["iteration"], rows[-1]["iteration"]), (3, "3"))
+
+
+class Evaluation(WithData):
+    def test_manifest(self):
+        path = self.at("manifest.json")
+        segments = [{"frames": [0, 2], "kind": "moving"}, {"frames": [2, 5], "kind": "still"}]
+        listed = [
+            {"name": "one", "scene": "demo", "frames": 5, "segments": segments, "thin": True},
+            {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [7, 9], "hdr": True},
+        ]
+        with open(path, "w") as file:
+            json.dump(listed, file)
+        entries = manifest.read(path)
+        self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9"])
+        self.assertEqual((entries[0].frames_of("still"), entries[0].spans("still")), ([2, 3, 4], [[2, 5]]))
+        command = entries[2].render_command("clarus", 3, "out")
+        for words in (["--scene", "procedural:8"], ["--path", "8"], ["--scale", "3"], ["--output", "out"], ["--hdr"]):
+            place = command.index(words[0])
+            self.assertEqual(command[place : place + len(words)], words)
+        for broken in ({"name": "x"}, {"name": "one", "scene": "demo"}, {"name": "y", "scene": "demo", "segments": [{"frames": [3, 99], "kind": "still"}]}):
+            with open(path, "w") as file:
+                json.dump(listed + [broken], file)
+            with self.assertRaises(SystemExit):
+                manifest.read(path)
+
+    def test_figures(self):
+        segments = ({"frames": [0, 1], "kind": "moving"}, {"frames": [1, 3], "kind": "still"})
+        entry = manifest.Entry("one", "demo", frames=3, segments=segments)
+        ours = [{"psnr": p, "ssim": 0.9} for p in (30.0, 33.0, 34.0)]
+        bicubic = [{"psnr": p, "ssim": 0.8} for p in (29.0, 30.0, 30.0)]
+        row = evaluate.figures_of(entry, ours, bicubic, 0.5)
+        self.assertAlmostEqual(row["gain"], 8 / 3)
+        self.assertEqual((row["moving_gain"], row["still_gain"]), (1.0, 3.5))
+        moving = evaluate.figures_of(entry._replace(segments=segments[:1]), ours, bicubic, None)
+        mean = evaluate.mean_row([row, moving])
+        self.assertEqual((mean["moving_gain"], mean["still_gain"], mean["frames"]), (1.0, 3.5, 6))
+        lines = evaluate.table([row, moving, mean], markdown=True).splitlines()
+        self.assertEqual(len({line.count("|") for line in lines}), 1)
+        self.assertIn("| +2.67 | +1.00 | +3.50 | 0.50 |", lines[2])
+
+    def test_pixel_std(self):
+        images = [np.full((2, 2, 3), value) for value in (0.2, 0.4)]
+        images[0][0, 0], images[1][0, 0] = 0.5, 0.5
+        self.assertAlmostEqual(evaluate.pixel_std(images), 255 * 0.1 * 3 / 4)
+
+
+if __name__ == "__main__":
+    unittest.main()
