@@ -28,23 +28,20 @@ std::vector<V3f> cosine_directions(int count) {
     return directions;
 }
 
-/// Points from which vertices look around: moved a little inwards on their triangles, because at an edge where two
-/// surfaces meet it is chance which side of the other one a vertex is on.
-std::vector<V3f> viewpoints(const Mesh& mesh) {
-    std::vector<V3f> inwards(mesh.positions.size(), V3f(0));
+/// For each vertex, the mean of the ways to the centres of its triangles.
+std::vector<V3f> ways_inwards(const Mesh& mesh) {
+    std::vector<V3f> ways(mesh.positions.size(), V3f(0));
+    std::vector<float> counts(ways.size(), 0);
     for (const auto& triangle : mesh.triangles) {
         V3f centre(0);
         for (const uint32_t corner : triangle) centre += mesh.positions[corner] / 3;
-        for (const uint32_t corner : triangle) inwards[corner] += centre - mesh.positions[corner];
+        for (const uint32_t corner : triangle) {
+            ways[corner] += centre - mesh.positions[corner];
+            ++counts[corner];
+        }
     }
-    std::vector<V3f> points;
-    for (size_t i = 0; i < inwards.size(); ++i) {
-        constexpr float most = 0.03f, clearance = 2e-3f;  // metres
-        const float length = inwards[i].length();
-        const V3f step = inwards[i] * (std::min(most, 0.1f * length) / std::max(length, 1e-9f));
-        points.push_back(mesh.positions[i] + step + mesh.normals[i].normalized() * clearance);
-    }
-    return points;
+    for (size_t i = 0; i < ways.size(); ++i) ways[i] /= std::max(counts[i], 1.0f);
+    return ways;
 }
 
 float openness(RTCScene solid, const V3f& point, const V3f& normal, const std::vector<V3f>& directions) {
@@ -74,6 +71,23 @@ float openness(RTCScene solid, const V3f& point, const V3f& normal, const std::v
     return 1 - (1 - darkest) * taken / static_cast<float>(directions.size());
 }
 
+float vertex_openness(RTCScene solid, const V3f& position, const V3f& normal, const V3f& inwards,
+                      const std::vector<V3f>& directions) {
+    // Not from the vertex itself: where two surfaces meet, it is chance on which side of the other one it is. And not
+    // from a place that is shut in, in the ground or in a post, nor from the wrong side of a sheet.
+    constexpr float clearance = 2e-3f, small_step = 0.03f;  // metres
+    constexpr float shut_in = 0.3f;
+    const float near = std::min(0.1f, small_step / std::max(inwards.length(), 1e-6f)), far = 0.4f;
+    float best = 0;
+    for (const float step : {near, far}) {
+        for (const V3f& side : {normal, -normal}) {
+            const V3f place = position + inwards * step + side * clearance;
+            if (best < shut_in) best = std::max(best, openness(solid, place, side, directions));
+        }
+    }
+    return best;
+}
+
 }  // namespace
 
 std::vector<std::vector<float>> bake_openness(RTCScene solid, const Model& model, size_t all_vertices) {
@@ -83,10 +97,11 @@ std::vector<std::vector<float>> bake_openness(RTCScene solid, const Model& model
     std::vector<std::vector<float>> baked;
     for (const Mesh& mesh : model) {
         auto& values = baked.emplace_back(mesh.positions.size(), 1.0f);
-        const std::vector<V3f> points = viewpoints(mesh);
-        tbb::parallel_for(size_t{0}, points.size(), [&](size_t i) {
+        const std::vector<V3f> inwards = ways_inwards(mesh);
+        tbb::parallel_for(size_t{0}, values.size(), [&](size_t i) {
             const V3f normal = mesh.normals[i].normalized();
-            if (normal.length2() > 0) values[i] = openness(solid, points[i], normal, directions);
+            if (normal.length2() > 0)
+                values[i] = vertex_openness(solid, mesh.positions[i], normal, inwards[i], directions);
         });
     }
     return baked;

@@ -13,7 +13,7 @@ constexpr int takes = 5;
 constexpr size_t attempts = 30, attempts_an_idea = 10;
 constexpr int shortest_take = 24;
 constexpr double least_clearance = 0.3;  // metres
-constexpr int least_things = 5;          // different ones in the picture
+constexpr int most_things = 5;           // different ones that a picture must have
 
 }  // namespace
 
@@ -46,6 +46,8 @@ Film::Film(Scene& scene, Random& random, int number, const std::vector<ShotIdea>
 
 double Film::quality(Scene& scene, const Shot& shot, int first, int last, double least) const {
     constexpr int step = 4;
+    // Scenes of a few meshes cannot show many.
+    const int least_things = std::min(most_things, (static_cast<int>(scene.part(0).model.size()) + 2) / 2);
     int good = 0, bad = 0;
     const int checks = (last - first + step - 1) / step;
     for (int frame = first; frame < last; frame += step) {

@@ -2,8 +2,11 @@
 
 #include <unzip.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdlib>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <span>
@@ -86,10 +89,8 @@ std::map<int, std::map<std::string, std::string>> parse_properties(const std::st
     return pieces;
 }
 
-float centimetres(std::map<std::string, std::string>& piece, const char* key) {
-    const std::string& value = piece[key];
-    return value.empty() ? 0 : std::stof(value) / 100;
-}
+/// Of a number of centimetres; 0 where there is none.
+float metres(const std::string& text) { return std::strtof(text.c_str(), nullptr) / 100; }
 
 /// Nine numbers, row by row, for column vectors.
 M44f rotation_of(const std::string& text) {
@@ -107,7 +108,31 @@ M44f rotation_of(const std::string& text) {
 
 }  // namespace
 
-std::vector<Furniture> read_furniture_catalogues() {
+std::vector<Furniture> read_furniture(const fs::path& archive) {
+    Zip zip(archive);
+    std::map<std::string, unsigned long> bytes;
+    for (const Zip::Entry& entry : zip.entries()) {
+        bytes[entry.name] = entry.bytes;
+        bytes[folder_of(entry.name)] += entry.bytes;
+    }
+    const std::string catalogue = "PluginFurnitureCatalog.properties";
+    std::vector<Furniture> all;
+    for (auto& [number, piece] : parse_properties(zip.read({catalogue, bytes[catalogue]}))) {
+        const std::string model = piece["model"].empty() ? "" : piece["model"].substr(1);
+        const auto size = bytes.find(model);
+        if (size == bytes.end() || size->second > heaviest_model || bytes[folder_of(model)] > heaviest_folder ||
+            piece["doorOrWindow"] == "true") {
+            continue;
+        }
+        const V3f extent(metres(piece["width"]), metres(piece["height"]), metres(piece["depth"]));
+        if (extent.x <= 0 || extent.y <= 0 || extent.z <= 0) continue;
+        all.push_back({archive, model, piece["name"], piece["category"], extent, metres(piece["elevation"]),
+                       std::max(0.0f, metres(piece["dropOnTopElevation"])), rotation_of(piece["modelRotation"])});
+    }
+    return all;
+}
+
+std::vector<Furniture> read_installed_furniture() {
     std::vector<Furniture> all;
     for (const char* name : archives) {
         const fs::path path = folder / name;
@@ -115,26 +140,7 @@ std::vector<Furniture> read_furniture_catalogues() {
             fail(ErrorKind::file, "there is no {}; it comes with: apt-get install sweethome3d-furniture",
                  path.string());
         }
-        Zip zip(path);
-        std::map<std::string, unsigned long> bytes;
-        for (const Zip::Entry& entry : zip.entries()) {
-            bytes[entry.name] = entry.bytes;
-            bytes[folder_of(entry.name)] += entry.bytes;
-        }
-        const std::string catalogue = "PluginFurnitureCatalog.properties";
-        for (auto& [number, piece] : parse_properties(zip.read({catalogue, bytes[catalogue]}))) {
-            const std::string model = piece["model"].empty() ? "" : piece["model"].substr(1);
-            const auto size = bytes.find(model);
-            if (size == bytes.end() || size->second > heaviest_model || bytes[folder_of(model)] > heaviest_folder ||
-                piece["doorOrWindow"] == "true") {
-                continue;
-            }
-            const V3f extent(centimetres(piece, "width"), centimetres(piece, "height"), centimetres(piece, "depth"));
-            if (extent.x <= 0 || extent.y <= 0 || extent.z <= 0) continue;
-            all.push_back({path, model, piece["name"], piece["category"], extent, centimetres(piece, "elevation"),
-                           std::max(0.0f, centimetres(piece, "dropOnTopElevation")),
-                           rotation_of(piece["modelRotation"])});
-        }
+        std::ranges::move(read_furniture(path), std::back_inserter(all));
     }
     return all;
 }

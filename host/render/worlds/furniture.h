@@ -21,8 +21,10 @@ struct Furniture {
     Imath::M44f rotation;  // of the model's file
 };
 
-/// What Debian's sweethome3d-furniture has that is light enough to be drawn often. Errors: file where it is missing.
-std::vector<Furniture> read_furniture_catalogues();
+/// What an archive (.sh3f) has that is light enough to be drawn often. Errors: file.
+std::vector<Furniture> read_furniture(const std::filesystem::path& archive);
+/// All that Debian's sweethome3d-furniture has. Errors: file where it is missing.
+std::vector<Furniture> read_installed_furniture();
 
 /// On the floor at the origin, in its size. Errors: file.
 Model load_furniture(Importer& importer, const Furniture& piece);

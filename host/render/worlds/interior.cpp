@@ -7,7 +7,6 @@
 #include "render/worlds/daylight.h"
 #include "render/worlds/furniture.h"
 #include "render/worlds/invented_things.h"
-#include "render/worlds/particles.h"
 #include "render/worlds/seed.h"
 #include "render/worlds/shots.h"
 
@@ -66,7 +65,7 @@ class Flat {
           night_(random_.below(4) == 0),
           materials_(scene, random_, colors_, night_),
           importer_(scene),
-          catalogue_(read_furniture_catalogues()) {}
+          catalogue_(read_installed_furniture()) {}
 
     Stage furnish() {
         columns_ = 2 + random_.below(2);

@@ -1,6 +1,8 @@
 #include "render/worlds/model_world.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include "render/worlds/daylight.h"
 #include "render/worlds/import.h"
@@ -45,11 +47,22 @@ World make_model_world(const std::filesystem::path& file, int path) {
     scene.build();
 
     const V3f size = box.size() * scale;
-    const Stage stage{.center = {0, 0},
-                      .reach = std::max(3.0f, 0.6f * std::max(size.x, size.z)),
-                      .top = std::max(3.0f, 0.5f * size.y),
-                      .look_from = size.y + 10};
-    const Film film(scene, random, path, roaming_shots(scene, stage, {}));
+    const double radius = std::hypot(size.x, size.z) / 2, height = size.y;
+    const Stage stage{
+        .reach = std::max(3.0, 1.2 * radius), .top = std::max(3.0, 0.5 * height), .look_from = height + 10};
+    const ShotIdea around = [=](Random& shots, double now) {
+        const Target middle = [=](double) { return Imath::V3d(0, 0.4 * height, 0); };
+        return orbit(shots, middle, radius * shots.uniform(1.2, 2.2), 0.5 + height * shots.uniform(0, 1), now);
+    };
+    const ShotIdea held = [=](Random& shots, double now) {
+        const CameraPose pose = around(shots, now)(now);
+        return hand_held(
+            shots, [=](double) { return pose; }, shots.uniform(1, 2));
+    };
+    std::vector<ShotIdea> ideas = {around, held};
+    constexpr double a_place = 6;  // what is larger may be walked through
+    if (radius > a_place) std::ranges::copy(roaming_shots(scene, stage, {}), std::back_inserter(ideas));
+    const Film film(scene, random, path, ideas);
     world.frame = [film](int frame) { return film.frame(frame); };
     return world;
 }

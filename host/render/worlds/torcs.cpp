@@ -73,12 +73,35 @@ Wheel read_wheel(Importer& importer, const fs::path& file, pugi::xml_node car, c
     return made;
 }
 
+Rgba dark_patch(float u, float v) {
+    const auto edge = [](float t) { return std::min(1.0f, 8 * std::min(t, 1 - t)); };
+    return {0, 0, 0, 0.65f * edge(u) * edge(v)};
+}
+
+/// A soft dark patch on the road, where light from above does not come.
+Mesh patch_below(const Model& body, int material) {
+    const Bounds box = bounds(body);
+    Mesh patch{.material = material};
+    const float left = box.low.x - 0.3f, right = box.high.x + 0.3f, side = box.high.z + 0.3f;
+    constexpr float height = 0.025f;
+    patch.add_quad({V3f(left, height, side), {right, height, side}, {right, height, -side}, {left, height, -side}},
+                   Imath::V2f(0), Imath::V2f(1));
+    return patch;
+}
+
 Car read_car(Importer& importer, const std::string& name) {
     const fs::path folder = data / "cars" / name;
     const pugi::xml_document document = read_torcs_file(folder / (name + ".xml"));
     const pugi::xml_node description = document.child("params");
     std::vector<Piece> body = read_model(folder / (name + ".acc"));
-    for (Piece& piece : body) piece.look.highlight = 1, piece.look.sharpness = 8;  // paint
+    for (Piece& piece : body) {
+        piece.look.highlight = 1, piece.look.sharpness = 8;  // paint
+        // The body's outside and inside lie in one another, since the game draws only what faces the viewer.
+        constexpr float thickness = 0.002f;
+        for (size_t i = 0; i < piece.mesh.positions.size(); ++i) {
+            piece.mesh.positions[i] += piece.mesh.normals[i] * thickness;
+        }
+    }
     Car car{importer.load(body, folder), {}};
     const std::string wheels = text(section(description, "Graphic Objects"), "3d wheel directory");
     const fs::path file = data / "wheels" / (wheels.empty() ? "trb1-1" : wheels) / "wheel0.acc";
@@ -102,13 +125,16 @@ class Pack {
         start_ = random.uniform(0, track.length());
         constexpr int half = cars.size() / 2;
         const int first = random.below(half);
+        const int patch = scene.add_material({.texture = std::make_shared<Texture>(6, dark_patch), .blended = true});
         for (int i = 0; i < count; ++i) {
             const auto kind = static_cast<size_t>((first + i * 5) % half * 2 + path % 2);
             // A lane each, so that they can overtake.
             const double offset = room * (i / (count - 1.0) - 0.5);
             drivers_.push_back({track.lane(offset - 0.7), track.lane(offset + 0.7), start_ - random.uniform(0, 14) * i,
                                 speed * random.uniform(0.94, 1.06)});
-            add(scene, read_car(importer, cars[kind]), drivers_.back());
+            Car car = read_car(importer, cars[kind]);
+            car.body.push_back(patch_below(car.body, patch));
+            add(scene, std::move(car), drivers_.back());
         }
     }
 
