@@ -231,7 +231,7 @@ def starting_kernels(scale, features, jitter, noise):
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
-    """A table of kernels is baked for `jitters` where they are given, the network's own table is written where it has one.
+    """A table of kernels is baked for `jitters` where they are given; the network's own is written where it has one.
 
     The MLP is written where `mlp` asks for it, or nothing else would be there.
     """

@@ -2,9 +2,9 @@
 
 python3 -m clarus_training.evaluate CLARUS MODEL MANIFEST DIRECTORY [--markdown] [--json FILE] [--device SELECTOR]
 
-DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means over its
-frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std is the
-specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
+DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means
+over its frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std
+is the specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
 """
 
 import argparse
@@ -125,7 +125,8 @@ def main():
     print(table(rows, arguments.markdown))
     if arguments.json:
         with open(arguments.json, "w") as file:
-            json.dump({"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}, file, indent=1)
+            report = {"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}
+            json.dump(report, file, indent=1)
 
 
 if __name__ == "__main__":
