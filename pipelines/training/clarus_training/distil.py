@@ -1,8 +1,8 @@
 """A small MLP in place of a checkpoint's large one: python3 -m clarus_training.distil CHECKPOINT OUTPUT [--hidden 64].
 
-ENSS only. The small one is fitted to the kernels that the large one predicts, on jitters all over the pixel and those of
-Halton-32; what that costs is said as the error of the kernels and, given --validation, in dB. OUTPUT is a checkpoint: to be
-exported as one.
+ENSS only. The small one is fitted to the kernels that the large one predicts, on jitters all over the pixel and those
+of Halton-32; what that costs is said as the error of the kernels and, given --validation, in dB. OUTPUT is a
+checkpoint, to be exported as one.
 """
 
 import argparse

@@ -120,7 +120,7 @@ def dilate(motion, depth, scale):
 
 
 def warp_grid(motion):
-    """Where HR motion takes each pixel, as `sample` has it, and which vectors are valid [N, 1, H, W], None if all are."""
+    """Where HR motion takes each pixel, as `sample` has it; and which vectors are valid [N, 1, H, W], None if all."""
     height, width = motion.shape[-2:]
     x = torch.arange(width, dtype=motion.dtype, device=motion.device)
     y = torch.arange(height, dtype=motion.dtype, device=motion.device)[:, None]
