@@ -16,7 +16,7 @@ import time
 
 import torch
 
-from . import dataset, validation
+from . import dataset, enss, validation
 from .losses import LOSSES
 from .pipelines import PIPELINES
 from .sequence import find
@@ -42,6 +42,7 @@ def parse():
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
     parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
+    parser.add_argument("--without", nargs="+", choices=enss.ABLATIONS, default=[], help="enss: leave this out")
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -203,6 +204,7 @@ def main():
     arguments = parse()
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
+    torch.set_flush_denormal(True)  # moments of weights that have stopped moving would slow the optimiser down
     os.makedirs(arguments.output, exist_ok=True)
     checkpoint = os.path.join(arguments.output, "checkpoint.pt")
     training = Training(arguments)

@@ -86,6 +86,24 @@ class Networks(unittest.TestCase):
             if name not in ("srpo", "nsrr alone"):
                 self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
 
+    def test_ablations(self):
+        clip = frames(3)
+        network = enss.create(2, 8, 1, 16)
+
+        def outputs(clip, *without):
+            network.without = without
+            return torch.stack(frame.run(network, clip))
+
+        still = [each._replace(motion=torch.zeros_like(each.motion)) for each in clip]
+        for name in enss.ABLATIONS:
+            self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-3, name)
+        self.assertTrue(torch.equal(outputs(clip, "warping"), outputs(still)))
+        self.assertLess((outputs(still, "dilation") - outputs(still)).abs().max().item(), 1e-5)
+        network.without = ("blending",)
+        inside = {}
+        output, _ = network.step(clip[0], inside=inside)
+        self.assertTrue(torch.equal(output, inside["candidate"].clamp(0, 1)))
+
     def test_a_file_holds_the_network(self):
         clip = frames(3)
         with tempfile.TemporaryDirectory() as folder:
