@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -120,7 +121,10 @@ def main():
         model_frames, spread = measure(arguments.clarus, sequence, arguments.model, options, stills)
         bicubic_frames, _ = measure(arguments.clarus, sequence, "bicubic", options, [])
         rows.append(figures_of(entry, model_frames, bicubic_frames, spread))
+        print(f"{entry.name}: {rows[-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
         details[entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
+    if not rows:
+        raise SystemExit(f"{arguments.manifest}: no such sequence")
     rows.append(mean_row(rows))
     print(table(rows, arguments.markdown))
     if arguments.json:
