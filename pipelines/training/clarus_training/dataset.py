@@ -1,7 +1,5 @@
 """Recurrent clips of crops."""
 
-import random
-
 import numpy as np
 import torch
 
@@ -13,9 +11,9 @@ from .sequence import to_images
 class Clips:
     """Batches of clips, cut at random from sequences with references, augmented in ways that keep the physics right.
 
-    The clips of a batch have the same jitters frame by frame, so that one set of predicted kernels serves them all: they
-    are of any sequences that agree in them. A clip's first frame is a reset, as in use; where a later one is a reset, its
-    vectors are all invalid, which is the same.
+    The clips of a batch have the same jitters frame by frame, so that one set of predicted kernels serves them all:
+    they are of any sequences that agree in them. A clip's first frame is a reset, as in use; where a later one is a
+    reset, its vectors are all invalid, which is the same.
 
     `turn` mirrors and transposes a batch's images, motion and jitters. `tint` gives every clip, input and reference
     alike, another brightness, contrast and colour.
@@ -54,7 +52,8 @@ class Clips:
             gain, offset = tints(count, chance, device)
             for images in (color, reference):
                 images.mul_(gain).add_(offset)
-        return [Frame(*parts) for parts in zip(color, depth, motion, *(map(tuple, each) for each in jitters))], reference
+        jitters = (map(tuple, each) for each in jitters)
+        return [Frame(*parts) for parts in zip(color, depth, motion, *jitters)], reference
 
     def _cut(self, sequence, t, chance):
         height, width = sequence.depth.shape[1:]

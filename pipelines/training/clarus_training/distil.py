@@ -1,8 +1,8 @@
 """A small MLP in place of a checkpoint's large one: python3 -m clarus_training.distil CHECKPOINT OUTPUT [--hidden 64].
 
-ENSS only. The small one is fitted to the kernels that the large one predicts, on jitters all over the pixel, and the jitters of
-Halton-32 among them; what that costs is said as the error of the kernels and, given --validation, in dB. OUTPUT is a
-checkpoint: export it as one.
+ENSS only. The small one is fitted to the kernels that the large one predicts, on jitters all over the pixel and those
+of Halton-32; what that costs is said as the error of the kernels and, given --validation, in dB. OUTPUT is a
+checkpoint, to be exported as one.
 """
 
 import argparse
@@ -18,7 +18,7 @@ POOL, BATCH = 8192, 128  # jitters all over the pixel, and how many of them a st
 
 
 def fit(teacher, hidden, steps, rate=2e-3, seed=0):
-    """A KernelMlp of `hidden` units a layer that predicts what the teacher does, and the share of the variance it misses."""
+    """A KernelMlp of `hidden` units a layer that predicts what the teacher does, and the share of variance missed."""
     torch.manual_seed(seed)
     last = teacher.layers[-1]
     student = enss.KernelMlp(last.out_features, hidden)
@@ -27,8 +27,8 @@ def fit(teacher, hidden, steps, rate=2e-3, seed=0):
         enss.start_hidden_layers(student)
         axis = torch.linspace(-0.5, 0.5, 33)
         grid = torch.cat((table, torch.cartesian_prod(axis, axis)))
-        # Kernels vary along few directions: their coordinates there are as many numbers to learn, not thousands. They are
-        # found among the teacher's hidden units, which are as many as its kernels have dimensions at the most.
+        # Kernels vary along few directions: their coordinates there are as many numbers to learn, not thousands. They
+        # are found among the teacher's hidden units, which are as many as its kernels have dimensions at the most.
         seen = teacher.hidden(grid)
         mean = seen.mean(dim=0)
         variance, directions = torch.linalg.eigh((seen - mean).T @ (seen - mean))

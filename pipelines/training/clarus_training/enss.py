@@ -13,6 +13,7 @@ SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle 
 CLIPS = [8, 16]
 RATE = 2e-3
 MLP_LAYERS = 7
+ABLATIONS = ("jitter-kernels", "blending", "dilation", "warping")  # what the paper's ablations leave out
 
 
 class KernelTable(nn.Module):
@@ -58,23 +59,27 @@ class Ahead(NamedTuple):
 class Enss(nn.Module):
     """The network. `kernels`, a KernelTable or a KernelMlp, makes a list of K jitters into kernels [K, kernel_count].
 
-    Channels of `operators.space_to_depth` hold what has s² values for a render pixel, but for the state.
+    Channels of `operators.space_to_depth` hold what has s² values for a render pixel, but for the state. `without`, for
+    experiments, names ABLATIONS; such a network is no model that the program knows.
     """
 
     pipeline = "enss"
 
-    def __init__(self, scale, features, middle, kernels):
+    def __init__(self, scale, features, middle, kernels, without=()):
         super().__init__()
-        self.scale, self.features = scale, features
+        self.scale, self.features, self.without = scale, features, without
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
 
     def ahead(self, frames):
         """For all of several frames of the same size at once."""
         s, count = self.scale, len(frames)
-        kernels = split_kernels(self.kernels([frame.jitter for frame in frames]), s, self.features)
+        jitters = [(0.0, 0.0) if "jitter-kernels" in self.without else frame.jitter for frame in frames]
+        kernels = split_kernels(self.kernels(jitters), s, self.features)
         motion, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("motion", "depth"))
         blocks = operators.dilate_blocks(motion, depth, s)
+        if "warping" in self.without:
+            blocks = torch.where(torch.isfinite(blocks), torch.zeros_like(blocks), blocks)
         valid = torch.isfinite(blocks).all(dim=1, keepdim=True)
         patches = operators.block_patches(blocks.masked_fill(~valid, 0), (s * depth.shape[2], s * depth.shape[3]))
         return [
@@ -93,7 +98,11 @@ class Enss(nn.Module):
         if state is None or valid is not None:
             history = F.pad(operators.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
         if state is not None:
-            warped = operators.WarpBlocks.apply(state, *patches)
+            if "dilation" in self.without:
+                motion = torch.nan_to_num(operators.upsample_motion(frame.motion, s, frame.motion_jitter))
+                warped = operators.warp(state, motion, "clamp", 0)
+            else:
+                warped = operators.WarpBlocks.apply(state, *patches)
             if valid is not None:
                 warped = torch.where(operators.expand_blocks(valid, state.shape[2:]), warped, history)
             history = warped
@@ -106,6 +115,8 @@ class Enss(nn.Module):
         x = F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1).to(color.dtype).contiguous()
         alpha, candidate, feature = x.split((s * s, 3 * s * s, s * s), dim=1)
         alpha, warped = torch.sigmoid(alpha), history[:, : 3 * s * s]
+        if "blending" in self.without:
+            alpha = torch.ones_like(alpha)
         blended = torch.lerp(*(image.unflatten(1, (-1, s * s)) for image in (warped, candidate, alpha)))
         output = blended.flatten(1, 2).clamp(0, 1)
         state = operators.depth_to_space(torch.cat((output, feature), dim=1), s)
@@ -148,7 +159,8 @@ def shape(arguments):
     if arguments.size not in SIZES:
         raise SystemExit("an ENSS network is of --size s, m or l")
     features, middle = SIZES[arguments.size]
-    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
+    shape = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
+    return dict(shape, without=tuple(arguments.without)) if arguments.without else shape
 
 
 def parameter_groups(network, arguments):
@@ -162,10 +174,10 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     return losses.of_clip(network, frames, reference, criterion or losses.l1)
 
 
-def create(scale, features, middle, hidden):
+def create(scale, features, middle, hidden, without=()):
     """A network to be trained: the MLP of `hidden` units a layer starts as the kernels of `starting_kernels`."""
     mlp = KernelMlp(kernel_count(scale, features), hidden)
-    network = Enss(scale, features, middle, mlp)
+    network = Enss(scale, features, middle, mlp, without)
     with torch.no_grad():
         start_hidden_layers(mlp)
         random = starting_noise(scale, features)
@@ -231,7 +243,7 @@ def starting_kernels(scale, features, jitter, noise):
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
-    """A table of kernels is baked for `jitters` where they are given, the network's own table is written where it has one.
+    """A table of kernels is baked for `jitters` where they are given; the network's own is written where it has one.
 
     The MLP is written where `mlp` asks for it, or nothing else would be there.
     """

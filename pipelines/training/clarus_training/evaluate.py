@@ -2,15 +2,16 @@
 
 python3 -m clarus_training.evaluate CLARUS MODEL MANIFEST DIRECTORY [--markdown] [--json FILE] [--device SELECTOR]
 
-DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means over its
-frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std is the
-specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
+DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means
+over its frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std
+is the specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
 """
 
 import argparse
 import json
 import os
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -120,12 +121,16 @@ def main():
         model_frames, spread = measure(arguments.clarus, sequence, arguments.model, options, stills)
         bicubic_frames, _ = measure(arguments.clarus, sequence, "bicubic", options, [])
         rows.append(figures_of(entry, model_frames, bicubic_frames, spread))
+        print(f"{entry.name}: {rows[-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
         details[entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
+    if not rows:
+        raise SystemExit(f"{arguments.manifest}: no such sequence")
     rows.append(mean_row(rows))
     print(table(rows, arguments.markdown))
     if arguments.json:
         with open(arguments.json, "w") as file:
-            json.dump({"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}, file, indent=1)
+            report = {"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}
+            json.dump(report, file, indent=1)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ def main():
     parser.add_argument("checkpoint")
     parser.add_argument("model")
     parser.add_argument(
-        "--jitters", type=int, default=32, help="enss: bake kernels for so many Halton jitters, and so for shorter sequences"
+        "--jitters", type=int, default=32, help="enss: bake kernels for so many Halton jitters, and shorter sequences"
     )
     parser.add_argument("--mlp", action="store_true", help="also write the MLP, for jitters the table does not have")
     parser.add_argument("--float32", action="store_true", help="store weights in single precision, not in half")

@@ -9,8 +9,8 @@ class Frame(NamedTuple):
     """A batch of N frames with one jitter, canonical as the specification's conventions have it.
 
     `color` [N, 3, h, w], `depth` [N, 1, h, w], `motion` [N, 2, h, w] with NaN in invalid vectors. A frame whose vectors
-    are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another does
-    not. `jitter` is (jx, jy), `motion_jitter` where in their pixels the vectors were sampled (J_m).
+    are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another
+    does not. `jitter` is (jx, jy), `motion_jitter` where in their pixels the vectors were sampled (J_m).
     """
 
     color: torch.Tensor

@@ -1,10 +1,10 @@
 """Writes the golden models, inputs and outputs that the C++ tests compare with: python3 -m clarus_training.golden DIR.
 
 Each case is a pair of files: NAME.model.safetensors, a model with random weights, and NAME.golden.safetensors: the
-inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T], and where motion was not sampled at pixel centres
-`motion_jitter` [T, 2]; the `output` [T, H, W, 3]; and what the network shows of frame 3 as [C, H, W], such as ENSS's `warped`
-(colour, feature), `alpha` and `candidate`. Motion is canonical but unchecked: it holds vectors that are not finite or longer
-than the image's diagonal; depth holds ties. Outputs are computed in double precision.
+inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T], and where motion was not sampled at pixel
+centres `motion_jitter` [T, 2]; the `output` [T, H, W, 3]; and what the network shows of frame 3 as [C, H, W], such as
+ENSS's `warped` (colour, feature), `alpha` and `candidate`. Motion is canonical but unchecked: it holds vectors that are
+not finite or longer than the image's diagonal; depth holds ties. Outputs are computed in double precision.
 """
 
 import argparse
@@ -21,8 +21,8 @@ RESET_AT = 5
 INSIDE_AT = 3
 HALTON = operators.halton_jitter()
 
-# `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`: motion
-# was sampled where colour was.
+# `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
+# motion was sampled where colour was.
 CASES = {
     "enss": {
         "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),

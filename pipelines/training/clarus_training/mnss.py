@@ -74,9 +74,9 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The paper's sum over all frames of 1 − SSIM and five times the antialiased samples' L1, without its perceptual term.
+    """The paper's 1 − SSIM and five times the antialiased samples' L1, over all frames, without its perceptual term.
 
-    That one's weights are not part of this project. For the first tenth of the training, the reference stands for history.
+    That one's weights are not part of this project. For the first tenth of the training the reference is the history.
     """
     outputs, antialiased, state, inside = [], 0, None, {}
     for t, frame in enumerate(frames):

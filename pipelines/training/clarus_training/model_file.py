@@ -12,7 +12,7 @@ def rounding(half):
 
 
 def save(path, network, jitters=None, mlp=False, half=False):
-    """Writes a model. What `jitters` and `mlp` are for: enss.model_tensors. `half` stores all but jitters in half precision."""
+    """Writes a model; `half` stores all but jitters in half precision. For `jitters` and `mlp`: enss.model_tensors."""
     from .pipelines import PIPELINES
 
     safetensors.save(path, *PIPELINES[network.pipeline].model_tensors(network, jitters, mlp, half))

@@ -38,7 +38,7 @@ def upsample(image, scale, jitter=(0.0, 0.0)):
 
 
 def upsample_motion(motion, scale, jitter):
-    """HR motion in HR pixels, s · upsample(m, s, J_m): invalid where a tap of a weight above 10⁻³ along both axes is."""
+    """HR motion in HR pixels, s · upsample(m, s, J_m): invalid where a tap of a weight over 10⁻³ along both axes is."""
     invalid = ~torch.isfinite(motion).all(dim=1)
     if not invalid.any():
         return scale * upsample(motion, scale, jitter)
@@ -120,7 +120,7 @@ def dilate(motion, depth, scale):
 
 
 def warp_grid(motion):
-    """Where HR motion takes every pixel, as `sample` has it, and which vectors are valid [N, 1, H, W]: None if all are."""
+    """Where HR motion takes each pixel, as `sample` has it; and which vectors are valid [N, 1, H, W], None if all."""
     height, width = motion.shape[-2:]
     x = torch.arange(width, dtype=motion.dtype, device=motion.device)
     y = torch.arange(height, dtype=motion.dtype, device=motion.device)[:, None]
@@ -133,7 +133,7 @@ def warp_grid(motion):
 
 
 def warp(image, motion, border, fallback):
-    """out(X, Y) = bilinear(image; (X, Y) + motion(X, Y); border), and `fallback`, a number or an image, where it is invalid."""
+    """out(X, Y) = bilinear(image; (X, Y) + motion(X, Y); border), or `fallback`, a number or an image, if invalid."""
     grid, valid = warp_grid(motion)
     warped = sample(image, grid, border)
     return warped if valid is None else torch.where(valid, warped, torch.as_tensor(fallback).to(warped))
@@ -181,7 +181,7 @@ class WarpBlocks(torch.autograd.Function):
 
 
 def block_patches(blocks, size):
-    """What `WarpBlocks` takes beside an image of that (height, width), for the valid motion [N, 2, rows, columns] of its blocks:
+    """What `WarpBlocks` takes beside an image of that (height, width), for its blocks' motion [N, 2, rows, columns]:
 
     where each block's patch is found, [N, 1, 81 · rows · columns], and the weights of its second taps along x and y.
     """

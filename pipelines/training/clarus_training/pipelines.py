@@ -4,12 +4,12 @@ Each is a module with
 - `shape(arguments)`: what its network is made of, as keywords; `create(**shape)`: a network to be trained;
 - `parameter_groups(network, arguments)`: for the optimiser; a group's `share` scales its learning rate;
 - `CLIPS`: the lengths of the clips it learns from; `RATE`: its first learning rate;
-- `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one is
-  given, else by the paper's loss; `progress` goes from 0 to 1 as training does;
+- `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one
+  is given, else by the paper's loss; `progress` goes from 0 to 1 as training does;
 - `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back.
 
-A network has `scale`, `ahead(frames)`, one value a frame of whatever needs no history, and `step(frame, state, ahead)`, which
-returns the output [N, 3, H, W] and the new state.
+A network has `pipeline`, its name; `scale`; `ahead(frames)`, one value a frame of whatever needs no history; and
+`step(frame, state, ahead, inside)`, which returns the output [N, 3, H, W] and the new state.
 """
 
 from . import enss, mnss, nsrr, srpo

@@ -102,7 +102,7 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The paper's: 1 − SSIM of the colour moved by the offsets, bilinearly between pixels, which is what makes them learn.
+    """The paper's: 1 − SSIM of the colour moved by the offsets, bilinearly between pixels, which is what teaches them.
 
     In the last quarter of the training the loss is that of the rounded offsets, its gradient still the bilinear one.
     """

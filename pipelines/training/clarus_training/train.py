@@ -1,4 +1,4 @@
-"""Trains a pipeline: python3 -m clarus_training.train --pipeline enss --size s --scale 2 --data DIR... --output DIR --hours H.
+"""Trains a pipeline: python3 -m clarus_training.train --size s --scale 2 --data DIR... --output DIR --hours H.
 
 The output folder receives `checkpoint.pt` (replaced every few minutes and when the process is told to end; `--resume`
 continues from it as if nothing had happened) and `log.csv`. The learning rate falls by half a cosine over the hours or
@@ -16,7 +16,7 @@ import time
 
 import torch
 
-from . import dataset, validation
+from . import dataset, enss, validation
 from .losses import LOSSES
 from .pipelines import PIPELINES
 from .sequence import find
@@ -39,20 +39,21 @@ def parse():
     parser.add_argument("--start", help="a checkpoint whose weights to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
-    parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16, where the device is faster with it")
+    parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
     parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
+    parser.add_argument("--without", nargs="+", choices=enss.ABLATIONS, default=[], help="enss: leave this out")
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
     parser.add_argument("--clip", type=int, nargs="+", help="lengths of clips, taken in turn")
     parser.add_argument("--crop", type=int, default=64, help="edge of a crop, in render pixels")
-    parser.add_argument("--no-turns", action="store_true", help="leave images as they are, neither mirrored nor transposed")
+    parser.add_argument("--no-turns", action="store_true", help="neither mirror nor transpose the images")
     parser.add_argument("--no-tints", action="store_true", help="leave colours as they are")
     parser.add_argument("--rate", type=float, help="in place of the pipeline's own")
     parser.add_argument("--last-rate", type=float, default=1e-5)
     parser.add_argument("--decay", type=float, default=0.0, help="AdamW's weight decay")
-    parser.add_argument("--ema", type=float, default=0.999, help="of the averaged weights that are evaluated and exported")
+    parser.add_argument("--ema", type=float, default=0.999, help="of the averages that are evaluated and exported")
     parser.add_argument("--loss", choices=sorted(LOSSES), help="in place of the pipeline's own")
     parser.add_argument("--checkpoint-minutes", type=float, default=3)
     parser.add_argument("--seed", type=int, default=0)
@@ -203,6 +204,7 @@ def main():
     arguments = parse()
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
+    torch.set_flush_denormal(True)  # moments of weights that have stopped moving would slow the optimiser down
     os.makedirs(arguments.output, exist_ok=True)
     checkpoint = os.path.join(arguments.output, "checkpoint.pt")
     training = Training(arguments)

@@ -1,10 +1,13 @@
-"""The twin's PSNR on whole sequences, beside bicubic: python3 -m clarus_training.validation MODEL SEQUENCE..."""
+"""The twin's PSNR on whole sequences, beside bicubic: python3 -m clarus_training.validation MODEL SEQUENCE...
+
+MODEL is a model file, or a training's checkpoint (.pt).
+"""
 
 import argparse
 
 import torch
 
-from . import model_file, operators
+from . import export, model_file, operators
 from .sequence import find
 
 
@@ -39,7 +42,8 @@ def main():
     parser.add_argument("--frames", type=int, help="only so many frames of each sequence")
     parser.add_argument("--per-frame", action="store_true")
     arguments = parser.parse_args()
-    network = model_file.load(arguments.model)
+    load = export.load_checkpoint if arguments.model.endswith(".pt") else model_file.load
+    network = load(arguments.model)
     for sequence in find(arguments.sequences):
         figures = run(network, sequence, arguments.frames)
         if arguments.per_frame:

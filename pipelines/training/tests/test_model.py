@@ -30,7 +30,8 @@ class Model(unittest.TestCase):
     def test_a_file_holds_the_network(self):
         network = enss.create(scale=3, features=8, middle=2, hidden=16)
         jitters = operators.halton_jitter()
-        for options in (dict(jitters=jitters), dict(), dict(jitters=jitters, half=True), dict(jitters=jitters, mlp=True)):
+        table = dict(jitters=jitters)
+        for options in (table, dict(), dict(table, half=True), dict(table, mlp=True)):
             loaded, (tensors, metadata) = self.run_through_file(network, **options)
             self.assertEqual(metadata, {"pipeline": "enss", "scale": "3", "features": "8"})
             self.assertEqual("first.weight" in tensors, "jitters" in options)

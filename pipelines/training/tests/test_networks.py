@@ -6,7 +6,6 @@ import tempfile
 import unittest
 
 import torch
-import torch.nn.functional as F
 
 from clarus_training import enss, frame, mnss, model_file, nsrr, operators, srpo
 from clarus_training.frame import Frame
@@ -51,7 +50,8 @@ class Networks(unittest.TestCase):
         self.assertEqual(count(mnss.create(3)), layers(4, 1) + layers(6, 8, 3) + layers(3, 16, 32, 32, 3))
         features, reweighting = layers(4, 32, 32, 8), layers(20, 32, 32, 4)
         for width in (32, 16):
-            unet = layers(60, 2 * width, width) + layers(width, 2 * width, 2 * width) + layers(2 * width, 4 * width, 4 * width)
+            unet = layers(60, 2 * width, width) + layers(width, 2 * width, 2 * width)
+            unet += layers(2 * width, 4 * width, 4 * width)
             unet += layers(6 * width, 2 * width, 2 * width) + layers(3 * width, width, 3)
             self.assertEqual(count(nsrr.create(scale=4, width=width)), 2 * features + reweighting + unet)
         self.assertEqual(count(nsrr.create(scale=4, previous_frames=0)), features + count(nsrr.UNet(12, 32)))
@@ -85,6 +85,24 @@ class Networks(unittest.TestCase):
             self.assertLess((mixed[1] - continued[1]).abs().max().item(), 1e-5, name)
             if name not in ("srpo", "nsrr alone"):
                 self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
+
+    def test_ablations(self):
+        clip = frames(3)
+        network = enss.create(2, 8, 1, 16)
+
+        def outputs(clip, *without):
+            network.without = without
+            return torch.stack(frame.run(network, clip))
+
+        still = [each._replace(motion=torch.zeros_like(each.motion)) for each in clip]
+        for name in enss.ABLATIONS:
+            self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-3, name)
+        self.assertTrue(torch.equal(outputs(clip, "warping"), outputs(still)))
+        self.assertLess((outputs(still, "dilation") - outputs(still)).abs().max().item(), 1e-5)
+        network.without = ("blending",)
+        inside = {}
+        output, _ = network.step(clip[0], inside=inside)
+        self.assertTrue(torch.equal(output, inside["candidate"].clamp(0, 1)))
 
     def test_a_file_holds_the_network(self):
         clip = frames(3)
@@ -161,12 +179,14 @@ class Networks(unittest.TestCase):
         self.assertLess((flat - 0.3).abs().max().item(), 1e-6)
         line = torch.zeros(1, 1, 1, 9)
         line[..., 4] = 1
-        kernel = [math.sin(math.pi * d) / (math.pi * d) * math.sin(math.pi * d / 3) / (math.pi * d / 3) for d in (0.25, 0.75)]
         both = srpo.lanczos_upsample(line, 2)[0, 0, 0]
-        taps = [0.25 + k for k in range(-3, 3)]
-        total = sum(math.prod(math.sin(math.pi * d / e) / (math.pi * d / e) for e in (1, 3)) for d in taps)
-        self.assertAlmostEqual(both[8].item(), kernel[0] / total, 5)
-        self.assertAlmostEqual(both[10].item(), kernel[1] / total, 5)
+
+        def kernel(d):
+            return math.prod(math.sin(math.pi * d / e) / (math.pi * d / e) for e in (1, 3))
+
+        total = sum(kernel(0.25 + k) for k in range(-3, 3))
+        self.assertAlmostEqual(both[8].item(), kernel(0.25) / total, 5)
+        self.assertAlmostEqual(both[10].item(), kernel(0.75) / total, 5)
 
 
 if __name__ == "__main__":

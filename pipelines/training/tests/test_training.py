@@ -48,7 +48,8 @@ def write_sequence(folder, count=6, size=(24, 16), scale=2, period=4, color_spac
             return (255 * pixels).round().astype(np.uint8) if color_space == "srgb" else pixels.astype(np.float32)
 
         kind = "png" if color_space == "srgb" else "exr"
-        names = {name: f"{name}{t}.{end}" for name, end in (("color", kind), ("depth", "exr"), ("motion", "exr"), ("reference", kind))}
+        kinds = {"color": kind, "depth": "exr", "motion": "exr", "reference": kind}
+        names = {name: f"{name}{t}.{end}" for name, end in kinds.items()}
         write(os.path.join(folder, names["color"]), at(1, jitter))
         write(os.path.join(folder, names["reference"]), at(scale, (0, 0)))
         write(os.path.join(folder, names["depth"]), np.full((height, width, 1), 0.5, np.float32))
@@ -61,9 +62,8 @@ def write_sequence(folder, count=6, size=(24, 16), scale=2, period=4, color_spac
 
 
 def run(module, *words):
-    with mock.patch.object(sys, "argv", ["program", *map(str, words)]), contextlib.redirect_stdout(io.StringIO()) as out:
+    with mock.patch.object(sys, "argv", ["program", *map(str, words)]), contextlib.redirect_stdout(io.StringIO()):
         module.main()
-    return out.getvalue()
 
 
 class WithData(unittest.TestCase):
@@ -146,8 +146,8 @@ class Loop(WithData):
 
     def test_resuming_is_as_if_nothing_had_happened(self):
         _, whole = self.train("whole", "--steps", 8)
-        stop = mock.patch.object(train.Training, "progress", property(lambda self: self.iteration / 8 if self.iteration < 5 else 1))
-        with stop:
+        stopping = property(lambda training: training.iteration / 8 if training.iteration < 5 else 1)
+        with mock.patch.object(train.Training, "progress", stopping):
             rows, half = self.train("half", "--steps", 8)
         self.assertEqual((half["iteration"], len(rows)), (5, 1))
         rows, resumed = self.train("half", "--steps", 8, "--resume")
@@ -226,7 +226,9 @@ class Evaluation(WithData):
         for words in (["--scene", "procedural:8"], ["--path", "8"], ["--scale", "3"], ["--output", "out"], ["--hdr"]):
             place = command.index(words[0])
             self.assertEqual(command[place : place + len(words)], words)
-        for broken in ({"name": "x"}, {"name": "one", "scene": "demo"}, {"name": "y", "scene": "demo", "segments": [{"frames": [3, 99], "kind": "still"}]}):
+        outside = [{"frames": [3, 99], "kind": "still"}]
+        twice = {"name": "one", "scene": "demo"}
+        for broken in ({"name": "x"}, twice, {"name": "y", "scene": "demo", "segments": outside}):
             with open(path, "w") as file:
                 json.dump(listed + [broken], file)
             with self.assertRaises(SystemExit):
