@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "cli/commands.h"
+#include "metrics/psnr.h"
 
 namespace clarus::render_test {
 
@@ -100,11 +101,7 @@ std::unique_ptr<Scene> smooth_scene() {
     return scene;
 }
 
-double psnr(const io::Pixels& a, const io::Pixels& b) {
-    double squares = 0;
-    for (size_t i = 0; i < a.values.size(); ++i) squares += std::pow(double{a.values[i]} - b.values[i], 2);
-    return -10 * std::log10(squares / static_cast<double>(a.values.size()));
-}
+double psnr(const io::Pixels& a, const io::Pixels& b) { return metrics::psnr(metrics::mean_squared_error(a, b)); }
 
 io::Pixels pooled(const io::Pixels& image, int factor) {
     io::Pixels means{{image.size.width / factor, image.size.height / factor}, image.channels, {}};

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "clarus/jitter.h"
+#include "metrics/display.h"
 #include "render/worlds/world.h"
 #include "render_harness.h"
 
@@ -25,19 +26,6 @@ float at_position(const io::Pixels& image, double x, double y, int channel) {
     return static_cast<float>(row(top) * (1 - fy) + row(top + 1) * fy);
 }
 
-/// conventions.md's tone mapping of linear radiance, encoded for display.
-io::Pixels displayed(io::Pixels image) {
-    for (size_t i = 0; i < image.values.size(); i += 3) {
-        float* rgb = &image.values[i];
-        const float scale = 1 / (1 + std::max({rgb[0], rgb[1], rgb[2]}));
-        for (int channel = 0; channel < 3; ++channel) {
-            const float y = rgb[channel] * scale;
-            rgb[channel] = y <= 0.0031308f ? 12.92f * y : 1.055f * std::pow(y, 1 / 2.4f) - 0.055f;
-        }
-    }
-    return image;
-}
-
 /// The mean of 16 jittered frames against the reference's means of 2 by 2 pixels, in dB.
 double quality_of_mean(Scene& scene, const FrameState& still) {
     RenderSettings settings = small_settings();
@@ -52,7 +40,9 @@ double quality_of_mean(Scene& scene, const FrameState& still) {
         for (size_t k = 0; k < mean.values.size(); ++k) mean.values[k] += frame.color.values[k] / points;
     }
     settings.reference_grid = 4;
-    return psnr(displayed(mean), displayed(pooled(render_frame(scene, still, {}, settings).reference, 2)));
+    const io::Pixels reference = pooled(render_frame(scene, still, {}, settings).reference, 2);
+    const auto displayed = [](const io::Pixels& image) { return metrics::display_values(image, ColorSpace::linear); };
+    return psnr(displayed(mean), displayed(reference));
 }
 
 }  // namespace

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
-#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "clarus/error.h"
 #include "clarus/log.h"
@@ -278,8 +279,11 @@ TEST_CASE("Model files that are missing, broken or empty are named") {
         write(folder / "cut.ac", ac3d_square.substr(0, ac3d_square.find(end) + 1));
         CHECK(load("cut.ac").find("cut.ac") != std::string::npos);
     }
-    for (const auto& [good, bad] : std::map<std::string, std::string>{
-             {"3 0.25 0.75", "7 0.25 0.75"}, {"mat 0", "mat 5"}, {"numvert 4", "numvert -4"}, {"refs 4", "refs x"}}) {
+    for (const auto& [good, bad] : std::vector<std::pair<std::string, std::string>>{{"3 0.25 0.75", "7 0.25 0.75"},
+                                                                                    {"refs 4", "refs 2000000000"},
+                                                                                    {"mat 0", "mat 5"},
+                                                                                    {"numvert 4", "numvert -4"},
+                                                                                    {"refs 4", "refs x"}}) {
         std::string text = ac3d_square;
         write(folder / "bad.ac", text.replace(text.find(good), good.size(), bad));
         CHECK(load("bad.ac").find("bad.ac") != std::string::npos);

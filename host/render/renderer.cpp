@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <span>
 #include <vector>
 
+#include "render/srgb.h"
 #include "render/tracer.h"
 
 namespace clarus::render {
@@ -22,9 +23,6 @@ V3f tone_map(const V3f& radiance) {
     const auto curve = [](float x) { return std::min(1.0f, x * (1 + x / 12) / (1 + 0.5f * x)); };
     return {curve(radiance.x), curve(radiance.y), curve(radiance.z)};
 }
-
-float encode_srgb(float y) { return y <= 0.0031308f ? 12.92f * y : 1.055f * std::pow(y, 1 / 2.4f) - 0.055f; }
-float decode_srgb(float y) { return y <= 0.04045f ? y / 12.92f : std::pow((y + 0.055f) / 1.055f, 2.4f); }
 
 io::Pixels make_image(Size size, int channels) {
     return {size, channels, std::vector<float>(static_cast<size_t>(size.width) * size.height * channels)};
@@ -156,7 +154,6 @@ class FrameRenderer {
         }
     }
 
-    /// The overlay is blended in linear light; its white is radiance 1.
     V3f overlaid(const V3f& color, const V2d& point) const {
         if (!scene_.overlay) return color;
         const Size size = settings_.render_size;

@@ -26,7 +26,8 @@ struct Material {
     float opacity = 1;
 };
 
-/// A user interface's colour (display-encoded) and alpha at a place in [0, 1)² of the image.
+/// A user interface's colour (display-encoded) and alpha at a place in [0, 1)² of the image. It is blended in linear
+/// light, where its white has the radiance 1.
 using Overlay = std::function<Rgba(Imath::V2f place)>;
 
 /// Light from far away. Radiance where a white surface in full sun is about 1.

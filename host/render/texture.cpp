@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "io/image.h"
+#include "render/srgb.h"
 
 namespace clarus::render {
 namespace {
@@ -65,8 +66,6 @@ void unassociate(Level& level, const Level* coarse) {
         }
     }
 }
-
-float decode_srgb(float y) { return y <= 0.04045f ? y / 12.92f : std::pow((y + 0.055f) / 1.055f, 2.4f); }
 
 std::vector<Rgba> drawn(int size, const std::function<Rgba(float u, float v)>& image) {
     std::vector<Rgba> texels(static_cast<size_t>(size) * size);

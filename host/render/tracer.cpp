@@ -40,14 +40,14 @@ struct Tracer::Packet {
     Ray rays[packet_size];
 
     void intersect(RTCScene scene, const V3f& eye, const std::array<float, packet_size>& from,
-                   const std::array<float, packet_size>& to) {
+                   const std::array<float, packet_size>& to, RTCIntersectContextFlags flags) {
         for (int i = 0; i < count; ++i) {
             set_ray(hits.ray, i, eye, rays[i].direction, from[i], to[i]);
             hits.hit.geomID[i] = hits.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
         }
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        context.flags = flags;
         rtcIntersect16(valid, scene, &context, &hits);
         for (int i = 0; i < count; ++i) {
             if (valid[i] && missed(hits.hit, i)) valid[i] = 0;
@@ -91,7 +91,7 @@ void Tracer::intersect_solid(Packet& packet, std::span<Sample> samples) const {
     std::array<float, packet_size> from, to;
     from.fill(near_plane_);
     to.fill(infinity);
-    packet.intersect(scene_.embree(), V3f(camera_.position()), from, to);
+    packet.intersect(scene_.embree(), V3f(camera_.position()), from, to, RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
     for (int i = 0; i < packet.count; ++i) {
         const bool hit = packet.valid[i];
         samples[i].view_distance = hit ? packet.rays[i].view_distance : infinity;
@@ -120,7 +120,8 @@ void Tracer::shade_hits(Packet& packet, const TextureFilter& filter, std::span<S
         set_ray(shadow_rays, i, eye + ray.direction * ray.view_distance + facet * clearance, to_sun, 0, infinity);
     }
     if (!any) return;
-    // Not marked as coherent: Embree 3.13 then does not return from some packets of shadow rays among instances.
+    // Not marked as coherent (nor are blended layers): Embree 3.13 then does not return from some packets of shadow
+    // rays among instances.
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded16(packet.valid, scene_.embree(), &context, &shadow_rays);
@@ -143,7 +144,8 @@ void Tracer::add_blended(Packet& packet, const TextureFilter& filter, std::span<
         to[i] = static_cast<float>(samples[i].view_distance);
     }
     for (int layer = 0; layer < most_layers; ++layer) {
-        packet.intersect(scene_.embree_blended(), V3f(camera_.position()), from, to);
+        packet.intersect(scene_.embree_blended(), V3f(camera_.position()), from, to,
+                         RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
         std::array<Shaded, packet_size> shaded;
         shade_hits(packet, filter, shaded);
         bool any = false;

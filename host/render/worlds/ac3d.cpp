@@ -35,7 +35,9 @@ struct Triangle {
 class Ac3dReader {
   public:
     explicit Ac3dReader(const std::filesystem::path& path) : path_(path), file_(path) {
-        if (!file_) fail(ErrorKind::file, "cannot read {}", path.string());
+        std::error_code error;
+        bytes_ = std::filesystem::file_size(path, error);
+        if (!file_ || error) fail(ErrorKind::file, "cannot read {}", path.string());
     }
 
     std::vector<Piece> read() {
@@ -73,7 +75,7 @@ class Ac3dReader {
     }
     size_t next_count() {
         const int count = next<int>();
-        if (count < 0) wrong("a count is negative");
+        if (count < 0 || static_cast<uintmax_t>(count) > bytes_) wrong("a count is negative or larger than the file");
         return static_cast<size_t>(count);
     }
     /// A word, or words in quotes.
@@ -251,6 +253,7 @@ class Ac3dReader {
 
     const std::filesystem::path& path_;
     std::ifstream file_;
+    uintmax_t bytes_ = 0;
     std::vector<Look> materials_;
     std::vector<Piece> pieces_;
 };

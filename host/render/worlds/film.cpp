@@ -54,7 +54,9 @@ double Film::quality(Scene& scene, const Shot& shot, int first, int last, double
         const Clocks now = clocks(frame);
         scene.set_time(now.objects, now.objects);
         const CameraPose pose = shot(now.camera);
-        const bool clear = clearance(scene, pose.position, 2 * least_clearance) > least_clearance;
+        // Where nothing is below, the camera is under the ground.
+        const bool clear = clearance(scene, pose.position, 2 * least_clearance) > least_clearance &&
+                           ground_below(scene, pose.position);
         const View view = clear ? look(scene, pose) : View{};
         const bool fit = clear && view.close < 0.12 && view.empty < 0.6 && view.things >= least_things;
         (fit ? good : bad) += 1;

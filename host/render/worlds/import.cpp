@@ -7,10 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <string_view>
 
 #include "base/error.h"
 #include "base/log.h"
 #include "io/file.h"
+#include "render/worlds/seed.h"
 #include "render/worlds/temporary_folder.h"
 
 namespace clarus::render {
@@ -92,8 +94,11 @@ Model Importer::load(const std::vector<Piece>& pieces, const fs::path& folder) {
 }
 
 int Importer::material_of(const Look& look, const fs::path& folder) {
+    const std::string_view held =
+        look.embedded ? std::string_view(reinterpret_cast<const char*>(look.embedded->data()), look.embedded->size())
+                      : "";
     const std::string key =
-        fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", look.texture, static_cast<const void*>(look.embedded.get()),
+        fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", look.texture, seed_of(held, held.size()),
                     look.texture.empty() ? "" : folder.string(), look.color.x, look.color.y, look.color.z,
                     look.emission.x, look.emission.y, look.emission.z, look.opacity, look.highlight, look.sharpness);
     const auto known = materials_.find(key);

@@ -122,7 +122,7 @@ class Pack {
         Importer importer(scene, {data / "data" / "textures"});
         const int count = 3 + random.below(4);
         const double room = track.width() - 3, speed = random.uniform(18, 45);
-        start_ = random.uniform(0, track.length());
+        const double start = random.uniform(0, track.length());
         constexpr int half = cars.size() / 2;
         const int first = random.below(half);
         const int patch = scene.add_material({.texture = std::make_shared<Texture>(6, dark_patch), .blended = true});
@@ -130,7 +130,7 @@ class Pack {
             const auto kind = static_cast<size_t>((first + i * 5) % half * 2 + path % 2);
             // A lane each, so that they can overtake.
             const double offset = room * (i / (count - 1.0) - 0.5);
-            drivers_.push_back({track.lane(offset - 0.7), track.lane(offset + 0.7), start_ - random.uniform(0, 14) * i,
+            drivers_.push_back({track.lane(offset - 0.7), track.lane(offset + 0.7), start - random.uniform(0, 14) * i,
                                 speed * random.uniform(0.94, 1.06)});
             Car car = read_car(importer, cars[kind]);
             car.body.push_back(patch_below(car.body, patch));
@@ -176,7 +176,6 @@ class Pack {
     }
 
     std::vector<Driver> drivers_;
-    double start_ = 0;
 };
 
 std::vector<ShotIdea> race_shots(const Scene& scene, const Track& track, const Pack& pack) {
