@@ -205,6 +205,8 @@ TEST_CASE("a model that lacks a tensor of a group is refused with the tensor's n
     };
     for (const auto& [model, from, to] :
          {std::array{"enss_x4_single", "body.0.weight", "body.5.weight"},
+          std::array{"enss_x4_single", "body.0.weight", "lost.0.weight"},
+          std::array{"enss_x4_single", "body.1.weight", "lost.1.weight"},
           std::array{"enss_x4_single", "body.1.bias", "body.7.bias"},
           std::array{"enss_x2_table", "first.weight", "worst.weight"},
           std::array{"enss_x2_table", "last.bias", "lost.bias"}, std::array{"enss_x2_table", "jitter", "gitter"},

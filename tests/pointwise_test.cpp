@@ -145,6 +145,21 @@ TEST_CASE("a program without steps copies between layouts and storages") {
     check_pointwise(copy, {images}, {{3, 4, 48, 0, Storage::f16}}, {3, 2, 12, 0, Storage::f16}, 0);
 }
 
+TEST_CASE("what half cannot hold is stored as the most that it can") {
+    Planes images = planes({2, 6, 8}, [](int c, int x, int y) { return 1e5f * (c - 0.5f) * x - y; });
+    images.values[0] = std::numeric_limits<float>::infinity();
+    Planes expected = images;
+    for (float& value : expected.values) value = std::clamp(value, -65504.0f, 65504.0f);
+    const graph::Pointwise copy{{}, {0}};
+    for (const int block : {1, 2}) {
+        runtime::Problem problem;
+        problem.inputs = {part_layout(images.shape, Storage::f32, block, 2 * block * block, 0)};
+        problem.output = part_layout(images.shape, Storage::f16, block, 2 * block * block, 0);
+        problem.node = {copy, {0}, images.shape, "copy"};
+        check_operator(problem, {images}, {}, expected, 1e-3f);
+    }
+}
+
 TEST_SUITE("small") {
     TEST_CASE("pointwise programs on small images") {
         check_blend(1, 1, 2, Storage::f32, Storage::f32, 4);

@@ -3,9 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "cache_folder.h"
+#include "clarus/log.h"
 #include "io/file.h"
 #include "operator_harness.h"
 #include "temporary_folder.h"
@@ -53,13 +56,48 @@ TEST_CASE("what tuners find at the same time adds up") {
     CHECK(later.select_without_measuring(convolution(24)).describe() == by_other.describe());
 }
 
+TEST_CASE("a finding that names what does not exist is made anew") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    nlohmann::json document = nlohmann::json::parse(io::read_file(tuning_file(folder)));
+    for (auto& entry : document.at("results")) entry["implementation"] = "of another release";
+    const std::string changed = document.dump();
+    io::write_file_atomically(tuning_file(folder), std::as_bytes(std::span(changed)));
+
+    const Tuner reader(test_device().context(), Tuning::stored);
+    CHECK(reader.select_without_measuring(convolution(16)).describe() ==
+          built_in_selection(convolution(16), test_device().profile()).describe());
+    const Selection found = Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    CHECK(io::read_file(tuning_file(folder)).find("of another release") == std::string::npos);
+    CHECK(Tuner(test_device().context(), Tuning::stored).select_without_measuring(convolution(16)).describe() ==
+          found.describe());
+}
+
+TEST_CASE("a tuning folder that cannot be made costs one warning") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    std::ofstream(folder / "tuning") << "in the way";
+    int warnings = 0;
+    set_log_callback([&](LogLevel level, std::string_view) {
+        warnings += level == LogLevel::warning;
+        throw std::runtime_error("a callback's own trouble");
+    });
+    Tuner tuner(test_device().context(), Tuning::measure);
+    tuner.select(convolution(16));
+    tuner.select(convolution(24));
+    set_log_callback({});
+    CHECK(warnings == 1);
+}
+
 TEST_CASE("a damaged tuning file is replaced") {
     const TemporaryFolder folder;
     const CacheFolder cache(folder.path());
     Tuner(test_device().context(), Tuning::measure).select(convolution(16));
     const std::string whole = io::read_file(tuning_file(folder));
-    const std::string half = whole.substr(0, whole.size() / 2);
-    io::write_file_atomically(tuning_file(folder), std::as_bytes(std::span(half)));
-    Tuner(test_device().context(), Tuning::measure).select(convolution(24));
-    CHECK(findings(folder) == 1);
+    for (const std::string& damaged : {whole.substr(0, whole.size() / 2), std::string(R"({"results": []})")}) {
+        io::write_file_atomically(tuning_file(folder), std::as_bytes(std::span(damaged)));
+        Tuner(test_device().context(), Tuning::measure).select(convolution(24));
+        CHECK(findings(folder) == 1);
+    }
 }

@@ -225,6 +225,7 @@ TEST_CASE("a frame that does not fit is refused with the field's name" * doctest
     refuse("motion", [](FrameDescription& frame) { frame.motion.size = {26, 18}; });
     refuse("output", [](FrameDescription& frame) { frame.output.size = {13, 9}; });
     refuse("row_pitch", [](FrameDescription& frame) { frame.color.row_pitch = 16; });
+    refuse("row_pitch", [](FrameDescription& frame) { frame.color.row_pitch = size_t(1) << 63; });
     refuse("jitter", [](FrameDescription& frame) { frame.jitter.x = 1.01f; });
     refuse("jitter", [](FrameDescription& frame) { frame.jitter.y = NAN; });
     refuse("exposure", [](FrameDescription& frame) { frame.exposure = 0; });

@@ -26,7 +26,7 @@ void check_buffer(std::string_view name, const Image& image, size_t bytes, cl_co
                        clGetMemObjectInfo(image.buffer, CL_MEM_CONTEXT, sizeof(owner), &owner, nullptr) == CL_SUCCESS;
     if (!known || owner != context)
         fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context", name);
-    if (image.offset + bytes > size)
+    if (bytes > size || image.offset > size - bytes)
         fail(ErrorKind::invalid_argument, "frame.{}: the buffer has {} bytes; {} at offset {} are needed", name, size,
              bytes, image.offset);
     if (image.offset > std::numeric_limits<cl_uint>::max())
@@ -48,6 +48,8 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
     if (image.row_pitch % element != 0 || image.offset % element != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch and offset must be multiples of {} bytes", name,
              element);
+    if (image.row_pitch > std::numeric_limits<cl_uint>::max())
+        fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is beyond 4 GiB", name, image.row_pitch);
     if (image.host && image.offset != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
     if (image.buffer) check_buffer(name, image, row_pitch(image, format) * (size.height - 1) + tight, context);

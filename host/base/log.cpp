@@ -24,7 +24,11 @@ void set_log_callback(LogCallback new_callback) {
 
 void log_message(LogLevel level, std::string_view message) {
     const std::lock_guard lock(mutex());
-    if (callback()) callback()(level, message);
+    try {
+        if (callback()) callback()(level, message);
+    } catch (...) {
+        // Lines come from destructors, too: what becomes of one is no reason to end the process.
+    }
 }
 
 }  // namespace clarus

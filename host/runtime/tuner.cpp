@@ -7,10 +7,12 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "base/log.h"
 #include "cl/error.h"
@@ -30,20 +32,24 @@ std::string describe_choices(const Choices& choices) {
     return text;
 }
 
-/// Everything that the speed of an operator depends on.
-std::string key_of(const Problem& problem) {
-    const std::span<const Implementation> candidates = implementations(problem.node);
-    std::string key = candidates.back().name;
-    for (const TensorLayout& input : problem.inputs)
-        key += layout_options(" IN", input) + fmt::format(" f{}", 8 * bytes_of(input.storage));
-    key += layout_options(" OUT", problem.output) + fmt::format(" f{}", 8 * bytes_of(problem.output.storage));
-    return key;
+std::vector<Selection> candidates_for(const Problem& problem, const DeviceProfile& profile) {
+    std::vector<Selection> candidates;
+    for (const Implementation& candidate : implementations(problem.node)) {
+        if (candidate.preference(problem, profile) == 0) continue;
+        for (const Choices& choices : candidate.choices(problem, profile)) candidates.push_back({&candidate, choices});
+    }
+    return candidates;
 }
 
-bool same_choices(const Implementation& implementation, const Problem& problem, const DeviceProfile& profile,
-                  const Choices& choices) {
-    const std::vector<Choices> all = implementation.choices(problem, profile);
-    return std::find(all.begin(), all.end(), choices) != all.end();
+/// Everything that the fastest of the candidates depends on, and which they are: one that is new is to be measured.
+std::string key_of(const Problem& problem, const std::vector<Selection>& candidates) {
+    std::string key = implementations(problem.node).back().name;
+    for (const TensorLayout& input : problem.inputs)
+        key += fmt::format(" {} f{}", layout_options("IN", input), 8 * bytes_of(input.storage));
+    key += fmt::format(" {} f{}", layout_options("OUT", problem.output), 8 * bytes_of(problem.output.storage));
+    std::string described;
+    for (const Selection& candidate : candidates) described += candidate.describe() + '\n';
+    return key + fmt::format(" of {:016x}", XXH3_64bits(described.data(), described.size()));
 }
 
 cl::Buffer zeros(ocl::Context& context, size_t bytes) {
@@ -80,7 +86,8 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
 class FileLock {
   public:
     explicit FileLock(const std::string& path) : file_(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {
-        if (file_ >= 0) flock(file_, LOCK_EX);
+        while (file_ >= 0 && flock(file_, LOCK_EX) != 0 && errno == EINTR) {
+        }
     }
     ~FileLock() {
         if (file_ >= 0) close(file_);
@@ -119,30 +126,30 @@ Tuner::Tuner(ocl::Context& context, Tuning mode) : context_(context), mode_(mode
 }
 
 Selection Tuner::select(const Problem& problem) {
-    if (mode_ == Tuning::measure && !results_.contains(key_of(problem)) && context_.queue_has_profiling())
-        return measure(problem);
-    return select_without_measuring(problem);
-}
-
-Selection Tuner::select_without_measuring(const Problem& problem) const {
-    if (const auto stored = results_.find(key_of(problem)); stored != results_.end()) {
-        for (const Implementation& candidate : implementations(problem.node)) {
-            const bool fits = candidate.name == stored->second.implementation &&
-                              candidate.preference(problem, context_.profile()) > 0 &&
-                              same_choices(candidate, problem, context_.profile(), stored->second.choices);
-            if (fits) return {&candidate, stored->second.choices};
-        }
-    }
+    const std::vector<Selection> candidates = candidates_for(problem, context_.profile());
+    if (const auto stored = stored_selection(problem, candidates)) return *stored;
+    if (mode_ == Tuning::measure && context_.queue_has_profiling()) return measure(problem, candidates);
     return built_in_selection(problem, context_.profile());
 }
 
-Selection Tuner::measure(const Problem& problem) {
-    std::vector<Selection> candidates;
-    for (const Implementation& candidate : implementations(problem.node)) {
-        if (candidate.preference(problem, context_.profile()) == 0) continue;
-        for (const Choices& choices : candidate.choices(problem, context_.profile()))
-            candidates.push_back({&candidate, choices});
-    }
+Selection Tuner::select_without_measuring(const Problem& problem) const {
+    const auto stored = stored_selection(problem, candidates_for(problem, context_.profile()));
+    return stored ? *stored : built_in_selection(problem, context_.profile());
+}
+
+std::optional<Selection> Tuner::stored_selection(const Problem& problem,
+                                                 const std::vector<Selection>& candidates) const {
+    const auto stored = results_.find(key_of(problem, candidates));
+    if (stored == results_.end()) return {};
+    // The file may say anything.
+    const auto fits = std::find_if(candidates.begin(), candidates.end(), [&](const Selection& candidate) {
+        return candidate.implementation->name == stored->second.implementation &&
+               candidate.choices == stored->second.choices;
+    });
+    return fits == candidates.end() ? std::nullopt : std::optional(*fits);
+}
+
+Selection Tuner::measure(const Problem& problem, const std::vector<Selection>& candidates) {
     if (candidates.size() == 1) return candidates.front();
 
     // A context of their own, so that programs of candidates that are not taken do not stay.
@@ -163,7 +170,7 @@ Selection Tuner::measure(const Problem& problem) {
         best_seconds = seconds;
     }
     if (!best) return built_in_selection(problem, context_.profile());
-    results_[key_of(problem)] = {best->implementation->name, best->choices, best_seconds};
+    results_[key_of(problem, candidates)] = {best->implementation->name, best->choices, best_seconds};
     store();
     return *best;
 }
@@ -174,7 +181,7 @@ Tuner::Results Tuner::stored() const {
     try {
         Results results;
         const nlohmann::json document = nlohmann::json::parse(file);
-        for (const auto& [key, entry] : document.at("results").items())
+        for (const auto& [key, entry] : document.at("results").get_ref<const nlohmann::json::object_t&>())
             results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds")};
         return results;
     } catch (const nlohmann::json::exception& error) {
@@ -197,12 +204,14 @@ void Tuner::store() {
             {"implementation", result.implementation}, {"choices", result.choices}, {"seconds", result.seconds}};
     const std::filesystem::path partial = path_ + ".partial";
     std::ofstream file(partial);
-    file << document.dump(2) << '\n';
+    // A device's name may be in any encoding.
+    file << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
     file.close();
     if (file) std::filesystem::rename(partial, path, ignored);
     if (!file || ignored) {
         std::filesystem::remove(partial, ignored);
-        log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
+        if (!std::exchange(unwritable_, true))
+            log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
     }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "cl/context.h"
 #include "runtime/implementation.h"
@@ -40,7 +42,8 @@ class Tuner {
     };
     using Results = std::map<std::string, Result>;  // by problem
 
-    Selection measure(const Problem& problem);
+    Selection measure(const Problem& problem, const std::vector<Selection>& candidates);
+    std::optional<Selection> stored_selection(const Problem& problem, const std::vector<Selection>& candidates) const;
     Results stored() const;
     void store();
 
@@ -48,6 +51,7 @@ class Tuner {
     Tuning mode_;
     std::string path_;
     Results results_;
+    bool unwritable_ = false;  // and said so
 };
 
 }  // namespace clarus::runtime

@@ -60,11 +60,13 @@ Widths read_widths(const io::Safetensors& model, int scale) {
     } else {
         widths.features = model.require_integer("features", 1, 1 << 12);
     }
-    // As many layers as there are tensors for, so that a gap in their numbers is a layer that is missing.
-    const auto is_body = [](const auto& entry) {
-        return entry.first.starts_with("body.") && entry.first.ends_with(".weight");
+    // As many layers as there are weights or biases for, so that what one of them lacks is missed when it is read.
+    const auto count = [&](std::string_view kind) {
+        return std::count_if(model.tensors().begin(), model.tensors().end(), [&](const auto& entry) {
+            return entry.first.starts_with("body.") && entry.first.ends_with(kind);
+        });
     };
-    widths.body = static_cast<int>(std::count_if(model.tensors().begin(), model.tensors().end(), is_body));
+    widths.body = static_cast<int>(std::max(count(".weight"), count(".bias")));
     return widths;
 }
 

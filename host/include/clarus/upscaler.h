@@ -124,7 +124,8 @@ class Upscaler {
     Size render_size() const;
     Size output_size() const;
 
-    /// What `prepare` will allocate.
+    /// Device memory with the kernels chosen so far; `Tuning::measure` may choose others in `prepare`. Staging is for
+    /// host images, and is allocated when the first comes.
     MemoryRequirements memory_requirements() const;
 
     /// Compiles, tunes where the options say so, allocates and uploads weights. `submit` does it where it was not done.

@@ -112,11 +112,14 @@ class Access {
     }
 
     std::string store_elements(const std::string& value, int first, int width) const {
-        if (width == 1) {
-            return half() ? fmt::format("    vstore_half({}, {}, {});\n", value, first, pointer_)
-                          : fmt::format("    {}[{}] = {};\n", pointer_, first, value);
+        const std::string lanes = width == 1 ? "" : std::to_string(width);
+        if (half()) {
+            const std::string place = width == 1 ? fmt::format("{}, {}", first, pointer_)  // in elements, not vectors
+                                                 : fmt::format("0, {} + {}", pointer_, first);
+            return fmt::format("    vstore_half{}(IN_HALF_RANGE({}), {});\n", lanes, value, place);
         }
-        return fmt::format("    vstore{}{}({}, 0, {} + {});\n", half() ? "_half" : "", width, value, pointer_, first);
+        return width == 1 ? fmt::format("    {}[{}] = {};\n", pointer_, first, value)
+                          : fmt::format("    vstore{}({}, 0, {} + {});\n", lanes, value, pointer_, first);
     }
 
     TensorLayout layout_;
