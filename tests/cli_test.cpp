@@ -399,6 +399,25 @@ TEST_CASE("compare names what it cannot compare") {
     CHECK(contains(smaller.err, "0001.png"));
 }
 
+TEST_CASE("compare warns of results that it has no reference for") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::string> command{"compare", place.output().string(),
+                                           (place.sequence() / "reference").string()};
+    CHECK(run_tool(command).err == "");
+    for (const char* extra : {"0004.png", "0005.png"})
+        fs::copy_file(place.output() / "0003.png", place.output() / extra);
+    const Outcome outcome = run_tool(command);
+    CHECK(outcome.exit_code == 0);
+    CHECK(contains(outcome.out, "over 4 frames"));
+    CHECK_MESSAGE(contains(outcome.err, "2 of the 6 images"), outcome.err);
+    CHECK_MESSAGE(contains(outcome.err, "0004.png"), outcome.err);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    std::vector<std::string> part = command;
+    part.insert(part.end(), {"--frames", ":2"});
+    CHECK(run_tool(part).err == "");  // asked for
+}
+
 TEST_CASE("sheet draws labelled columns with enlarged crops") {
     const Workplace place;
     const std::string reference = (place.sequence() / "reference").string(), picture = (place / "sheet.png").string();
