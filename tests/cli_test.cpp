@@ -667,4 +667,9 @@ TEST_CASE("no device of that name") {
                   run_tool({"upscale", place.sequence().string(), "--model", "bicubic", "--output",
                             place.output().string(), "--device", "no-such-device"}),
                   "no-such-device");
+    for (const char* selector : {"", "/1"})
+        check_refused(place,
+                      run_tool({"upscale", place.sequence().string(), "--model", "bicubic", "--output",
+                                place.output().string(), "--device", selector}),
+                      fmt::format("no device fits '{}'", selector));
 }
