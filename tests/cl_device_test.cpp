@@ -81,7 +81,7 @@ TEST_SUITE("small") {
     }
 
     TEST_CASE("a selector that fits nothing is answered with what there is") {
-        for (const char* selector : {"no such device", "97:0", "0:97", "no such device/1"}) {
+        for (const char* selector : {"no such device", "97:0", "0:97", "no such device/1", "", "/1"}) {
             const Error error = error_of(selector);
             CHECK(error.kind() == ErrorKind::no_device);
             const std::string message = error.what();

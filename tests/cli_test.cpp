@@ -399,6 +399,25 @@ TEST_CASE("compare names what it cannot compare") {
     CHECK(contains(smaller.err, "0001.png"));
 }
 
+TEST_CASE("compare warns of results that it has no reference for") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::string> command{"compare", place.output().string(),
+                                           (place.sequence() / "reference").string()};
+    CHECK(run_tool(command).err == "");
+    for (const char* extra : {"0004.png", "0005.png"})
+        fs::copy_file(place.output() / "0003.png", place.output() / extra);
+    const Outcome outcome = run_tool(command);
+    CHECK(outcome.exit_code == 0);
+    CHECK(contains(outcome.out, "over 4 frames"));
+    CHECK_MESSAGE(contains(outcome.err, "2 of the 6 images"), outcome.err);
+    CHECK_MESSAGE(contains(outcome.err, "0004.png"), outcome.err);
+    CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
+    std::vector<std::string> part = command;
+    part.insert(part.end(), {"--frames", ":2"});
+    CHECK(run_tool(part).err == "");  // asked for
+}
+
 TEST_CASE("sheet draws labelled columns with enlarged crops") {
     const Workplace place;
     const std::string reference = (place.sequence() / "reference").string(), picture = (place / "sheet.png").string();
@@ -551,6 +570,48 @@ TEST_CASE("a model's faults are found before anything is written") {
     }
 }
 
+TEST_CASE("a report or a trace replaces nothing that the run reads or writes") {
+    const Workplace place;
+    const auto refused = [&](const fs::path& kept, const std::vector<std::string>& arguments,
+                             const std::string& culprit, const std::string& model = "bicubic") {
+        const std::string before = fs::exists(kept) ? io::read_file(kept) : "";
+        check_refused(place, place.upscale(model, arguments), culprit);
+        CHECK((fs::exists(kept) ? io::read_file(kept) : "") == before);
+        CHECK_FALSE(fs::exists(place.output()));
+    };
+    for (const std::string option : {"--report", "--trace"}) {
+        CAPTURE(option);
+        for (const char* file : {"color/0000.png", "reference/0003.png", "color/new.json", "sequence.json", "new.json"})
+            refused(place.sequence() / file, {option, (place.sequence() / file).string()}, file);
+        const fs::path left_out = place.sequence() / "color/0000.png";
+        refused(left_out, {option, left_out.string(), "--frames", "2:"}, "color/0000.png");
+        const fs::path link = place / ("link" + option);
+        fs::create_symlink(left_out, link);
+        refused(left_out, {option, link.string()}, link.string() + " would replace an image");
+
+        const fs::path model = place / "model.safetensors";
+        ModelFile::read(network).write(model);
+        refused(model, {option, (place / "sequence/../model.safetensors").string()}, "would replace the model", model);
+
+        const fs::path picture = place.output() / "0001.png", view = place.output() / "views/alpha/0001.png";
+        refused(picture, {option, picture.string()}, "would replace an image of --output");
+        refused(view, {option, view.string(), "--view", "alpha"}, "would replace a picture of --view", network);
+
+        fs::create_directories(place / "folder");
+        refused(place / "none", {option, (place / "folder").string()}, "folder is a folder");
+        refused(place / "none", {option, (place / "absent/").string()}, "absent/ is a folder");
+        refused(place / "none", {option, place.output().string()}, "output is a folder");
+        CHECK_FALSE(fs::exists(place / "absent"));
+    }
+    const std::string both = (place / "both.json").string();
+    refused(both, {"--report", both, "--trace", (place / "folder/../both.json").string()}, "would replace --report");
+    REQUIRE(
+        place.upscale("bicubic", {"--report", both, "--trace", (place.output() / "trace.json").string()}).exit_code ==
+        0);
+    CHECK(json::parse(io::read_file(both)).contains("device"));
+    CHECK(json::parse(io::read_file(place.output() / "trace.json")).contains("traceEvents"));
+}
+
 TEST_CASE("an output folder that cannot be written is found before anything is computed") {
     const Workplace place;
     const std::string sequence = place.sequence().string();
@@ -569,6 +630,21 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         CHECK(outcome.exit_code == 1);
         CHECK_MESSAGE(contains(outcome.err, references.string()), outcome.err);
         CHECK(io::read_file(references / "0000.png") == before);
+    }
+    SUBCASE("it holds optional images of the sequence") {
+        json description = place.description();
+        description["frames"][1]["ui"] = "ui/0000.png";
+        place.describe(description);
+        fs::create_directories(place.sequence() / "ui");
+        const fs::path picture = place.sequence() / "ui/0000.png";
+        io::write_image(picture, noise(output_size, 3, 0, 1, 7), io::SampleType::u8);
+        const std::string before = io::read_file(picture);
+        const std::string folder = picture.parent_path().string();
+        const Outcome outcome =
+            run_tool({"upscale", sequence, "--model", "bicubic", "--output", folder, "--device", test_selector()});
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, folder + " holds images of the sequence"), outcome.err);
+        CHECK(io::read_file(picture) == before);
     }
     SUBCASE("nothing can be made there") {  // for the superuser, too
         const Outcome outcome = run_tool(
@@ -648,4 +724,9 @@ TEST_CASE("no device of that name") {
                   run_tool({"upscale", place.sequence().string(), "--model", "bicubic", "--output",
                             place.output().string(), "--device", "no-such-device"}),
                   "no-such-device");
+    for (const char* selector : {"", "/1"})
+        check_refused(place,
+                      run_tool({"upscale", place.sequence().string(), "--model", "bicubic", "--output",
+                                place.output().string(), "--device", selector}),
+                      fmt::format("no device fits '{}'", selector));
 }

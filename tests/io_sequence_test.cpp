@@ -189,6 +189,8 @@ TEST_CASE("a description that is none") {
     CHECK_THROWS_WITH_AS(read_sequence(empty.path(), Layout::native), Contains("sequence.json: No such file"), Error);
     CHECK_THROWS_WITH_AS(Description("").read(), Contains("sequence.json is not valid JSON"), Error);
     CHECK_THROWS_WITH_AS(Description("render_size: 3").read(), Contains("is not valid JSON"), Error);
+    CHECK_THROWS_WITH_AS(Description(description().dump() + std::string("\0garbage", 8)).read(),
+                         Contains("is not valid JSON"), Error);
     CHECK_THROWS_WITH_AS(Description("{\"scale\": 1e999}").read(), Contains("is not valid JSON"), Error);
     CHECK_THROWS_WITH_AS(Description("{\"scale\": 2, \"scale\": 3}").read(), Contains("\"scale\" stands twice"), Error);
     CHECK_THROWS_WITH_AS(Description("[1, 2]").read(), Contains("the top level must be an object"), Error);

@@ -28,6 +28,7 @@ std::string platform_name(const cl::Device& device) {
 }
 
 bool fits(const PlacedDevice& placed, std::string_view selector) {
+    if (selector.empty()) return false;  // every name holds it
     if (selector == "auto") return true;
     if (selector == "gpu" || selector == "cpu" || selector == "dsp")
         return selector == class_name(device_class(placed.device));

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
+#include "base/log.h"
 #include "cli/commands.h"
 #include "cli/image_folder.h"
 #include "cli/progress.h"
@@ -68,12 +70,25 @@ metrics::FrameQuality measure(const std::filesystem::path& result, const Referen
     }
 }
 
+// Frames that --frames leaves out are not missed.
+void warn_of_unused(const std::map<std::string, std::filesystem::path>& results,
+                    const std::vector<Reference>& references, const CompareOptions& options) {
+    if (!options.reference.frames.is_all()) return;
+    std::map<std::string, std::filesystem::path> unused = results;
+    for (const Reference& reference : references) unused.erase(reference.name);
+    if (!unused.empty())
+        log(LogLevel::warning, "{} of the {} images in {} have no reference in {} and are left out; the first is {}",
+            unused.size(), results.size(), options.result.string(), options.reference.path.string(),
+            unused.begin()->second.filename().string());
+}
+
 void compare(const CompareOptions& options) {
     const std::vector<Reference> references = read_references(options);
     const auto results = images_in(options.result);
     std::vector<std::filesystem::path> files;
     for (const Reference& reference : references)
         files.push_back(require_image(results, reference.name, options.result));
+    warn_of_unused(results, references, options);
 
     std::vector<metrics::FrameQuality> frames;
     Progress progress("comparing");

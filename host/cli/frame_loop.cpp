@@ -73,7 +73,7 @@ class FrameLoop {
         slot.files = &sequence_.frames[index];
         slot.result = &results_[index];
         slot.result->name = slot.files->name;
-        slot.result->file = output_.folder / (slot.files->name + output_.extension);
+        slot.result->file = output_.file(slot.files->name);
 
         const Trace::Span span(trace_, Trace::Track::main, "wait for input", slot.files->name);
         slot.input = std::move(reader_.next()->pixels);
@@ -120,7 +120,7 @@ class FrameLoop {
         io::write_image(slot.result->file, slot.output,
                         output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8);
         for (const auto& [name, picture] : slot.views)
-            io::write_image(output_.folder / "views" / name / (slot.files->name + ".png"), picture, io::SampleType::u8);
+            io::write_image(output_.view_file(name, slot.files->name), picture, io::SampleType::u8);
     }
 
     const io::Sequence& sequence_;

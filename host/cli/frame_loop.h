@@ -18,6 +18,12 @@ struct FrameOutput {
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
     bool measure = true;             // compare with references where the sequence has them
+
+    std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
+    std::filesystem::path view_folder(const std::string& view) const { return folder / "views" / view; }
+    std::filesystem::path view_file(const std::string& view, const std::string& frame) const {
+        return view_folder(view) / (frame + ".png");
+    }
 };
 
 struct FrameResult {

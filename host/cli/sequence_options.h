@@ -19,6 +19,8 @@ struct FrameRange {
     /// Errors: CLI::ValidationError.
     static FrameRange parse(const std::string& text);
 
+    bool is_all() const { return first == 0 && !last; }
+
     /// Leaves those frames. `path` is for the message. Errors: invalid_argument where they are not all there.
     template <typename Frame>
     void cut(std::vector<Frame>& frames, const std::filesystem::path& path) const {

@@ -21,6 +21,8 @@ std::string shortened(const nlohmann::json& value) {
 
 nlohmann::json parse_json(std::string_view text, const std::filesystem::path& file) {
     using json = nlohmann::json;
+    if (const size_t nul = text.find('\0'); nul != text.npos)  // which would end it for nlohmann
+        fail(ErrorKind::file, "{} is not valid JSON: byte {} is NUL", file.string(), nul);
     std::vector<std::set<std::string>> keys;  // of every object that is open
     const auto no_key_twice = [&](int, json::parse_event_t event, json& value) {
         if (event == json::parse_event_t::object_start) keys.emplace_back();

@@ -46,6 +46,7 @@ Tensor read_entry(const std::string& name, const JsonNode& entry, std::span<cons
                   const std::filesystem::path& path) {
     Tensor tensor;
     tensor.name = name;
+    tensor.file = path;
     tensor.type = entry["dtype"].choice<DataType>(
         {{"F32", DataType::f32}, {"F16", DataType::f16}, {"I8", DataType::i8}, {"I32", DataType::i32}});
     int64_t size = element_size(tensor.type);
@@ -98,7 +99,8 @@ std::vector<float> Tensor::floats() const {
             values[i] = Imath::half(Imath::half::FromBits, bits);
         }
     } else {
-        fail(ErrorKind::file, "tensor {} holds whole numbers where floating-point numbers are needed", name);
+        fail(ErrorKind::file, "{}: tensor {} holds whole numbers where floating-point numbers are needed",
+             file.string(), name);
     }
     return values;
 }

@@ -17,6 +17,7 @@ struct Tensor {
     std::vector<int64_t> shape;
     std::span<const std::byte> bytes;  // little-endian; valid as long as the Safetensors or a copy of it
     std::string name;
+    std::filesystem::path file;  // for messages
 
     int64_t elements() const;
     /// F32 as is, F16 widened. Errors: file where the type is an integer.
