@@ -6,13 +6,12 @@
 #include <limits>
 
 #include "base/error.h"
+#include "base/srgb.h"
 
 namespace clarus::metrics {
 namespace {
 
 constexpr float infinity_becomes = 65504;
-
-float srgb_transfer(float y) { return y < 0.0031308f ? 12.92f * y : 1.055f * std::pow(y, 1 / 2.4f) - 0.055f; }
 
 std::array<float, 3> encode(std::array<float, 3> color, float exposure) {
     for (float& value : color) {
@@ -20,7 +19,7 @@ std::array<float, 3> encode(std::array<float, 3> color, float exposure) {
         value = std::min((std::isinf(value) ? infinity_becomes : value) * exposure, std::numeric_limits<float>::max());
     }
     const float brightest = std::max({color[0], color[1], color[2]});
-    for (float& value : color) value = srgb_transfer(value / (1 + brightest));
+    for (float& value : color) value = encode_srgb(value / (1 + brightest));
     return color;
 }
 

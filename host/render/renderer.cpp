@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "render/srgb.h"
+#include "base/srgb.h"
 #include "render/tracer.h"
 
 namespace clarus::render {

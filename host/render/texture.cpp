@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/srgb.h"
 #include "io/image.h"
-#include "render/srgb.h"
 
 namespace clarus::render {
 namespace {

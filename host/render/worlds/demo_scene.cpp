@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "render/worlds/placement.h"
 #include "render/worlds/procedural.h"
 #include "render/worlds/props.h"
 
@@ -21,20 +22,6 @@ constexpr double pi = std::numbers::pi;
 
 // Half the sides of the squares that bound the ground's kinds, from the middle outwards.
 constexpr float plaza_side = 20, lawn_side = 27, road_side = 34, pavement_side = 38, horizon_side = 1500;
-
-template <typename T>
-Imath::Matrix44<T> turn(Imath::Vec3<T> angles) {
-    Imath::Matrix44<T> matrix;
-    matrix.rotate(angles);
-    return matrix;
-}
-
-template <typename T>
-Imath::Matrix44<T> move(Imath::Vec3<T> by) {
-    Imath::Matrix44<T> matrix;
-    matrix.setTranslation(by);
-    return matrix;
-}
 
 /// A point of a square track with round corners, and where it heads; `along` in metres.
 M44d on_track(double along, double half_side, double corner) {

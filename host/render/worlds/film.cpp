@@ -83,10 +83,10 @@ const Shot& Film::shot_at(int frame) const {
     return std::prev(after)->shot;
 }
 
-FrameState Film::frame(int index) const {
-    const int turn = index % length_;
+FrameState Film::operator()(int frame) const {
+    const int turn = frame % length_;
     const auto starts_take = [&](const Take& take) { return take.first_frame == turn; };
-    const bool cut = index > 0 && std::ranges::any_of(takes_, starts_take);
+    const bool cut = frame > 0 && std::ranges::any_of(takes_, starts_take);
     const Clocks now = clocks(turn), before = clocks(turn - 1);
     const Shot& shot = shot_at(turn);
     const CameraPose pose = shot(now.camera);

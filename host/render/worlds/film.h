@@ -23,7 +23,7 @@ class Film {
     /// The scene must be built. The first shot follows the idea number % ideas.size().
     Film(Scene& scene, Random& random, int number, const std::vector<ShotIdea>& ideas);
 
-    FrameState frame(int index) const;
+    FrameState operator()(int frame) const;
 
   private:
     struct Clocks {

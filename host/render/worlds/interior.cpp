@@ -7,6 +7,7 @@
 #include "render/worlds/daylight.h"
 #include "render/worlds/furniture.h"
 #include "render/worlds/invented_things.h"
+#include "render/worlds/placement.h"
 #include "render/worlds/seed.h"
 #include "render/worlds/shots.h"
 
@@ -22,13 +23,6 @@ using Imath::V3f;
 
 constexpr float pi = std::numbers::pi_v<float>;
 constexpr float half_wall = 0.1f, door_height = 2.1f;
-
-M44f placed(float heading, const V3f& at) {
-    M44f matrix;
-    matrix.rotate(V3f(0, heading, 0));
-    for (int i = 0; i < 3; ++i) matrix[3][i] = at[i];
-    return matrix;
-}
 
 struct Opening {
     float left, right, low, high;
@@ -173,7 +167,8 @@ class Flat {
         const bool end = column == 0 || column == columns_ - 1;
         for (int side = 0; side < 4; ++side) {
             const float length = side % 2 ? depth_ : width_, away = (side % 2 ? width_ : depth_) / 2 - half_wall;
-            M44f place = placed(0, {-length / 2, 0, -away}) * placed(-static_cast<float>(side) * pi / 2, middle);
+            M44f place =
+                move(V3f(-length / 2, 0, -away)) * placed(V3f(0, -static_cast<float>(side) * pi / 2, 0), middle);
             std::vector<Opening> openings;
             const float half = length / 2;
             if (neighbour[static_cast<size_t>(side)]) {
@@ -275,7 +270,9 @@ class Flat {
         mesh_of(statics_, materials_.rail).add_cylinder(V3f(hub), V3f(hub) + V3f(0, 0.35f, 0), 0.03f, 0.03f, 8, 1);
     }
 
-    void put(const Model& model, float heading, const V3f& at) { append(statics_, model, placed(heading, at)); }
+    void put(const Model& model, float heading, const V3f& at) {
+        append(statics_, model, placed(V3f(0, heading, 0), at));
+    }
 
     const Model& model_of(const Furniture& piece) {
         auto& model = models_[piece.model];
@@ -404,8 +401,7 @@ World make_interior_world(uint64_t seed, int path) {
     const Stage stage = flat.furnish();
     scene.build();
     Random random(seed_of("film of interior:" + std::to_string(seed), static_cast<uint64_t>(path)));
-    const Film film(scene, random, path, roaming_shots(scene, stage, flat.targets()));
-    world.frame = [film](int frame) { return film.frame(frame); };
+    world.frame = Film(scene, random, path, roaming_shots(scene, stage, flat.targets()));
     return world;
 }
 

@@ -11,6 +11,7 @@
 #include "render/worlds/invented_things.h"
 #include "render/worlds/noise.h"
 #include "render/worlds/particles.h"
+#include "render/worlds/placement.h"
 #include "render/worlds/seed.h"
 #include "render/worlds/shots.h"
 
@@ -29,13 +30,6 @@ constexpr double reach = 26;  // of the part that is walked through, from the or
 
 enum class Theme { town, woods, desert, works, city_at_night, hall };
 constexpr int themes = 6;
-
-M44d placed(const V3d& angles, const V3d& at) {
-    M44d matrix;
-    matrix.rotate(angles);
-    for (int i = 0; i < 3; ++i) matrix[3][i] = at[i];
-    return matrix;
-}
 
 Environment night(Random& random) {
     Environment environment = daylight(random);
@@ -129,7 +123,7 @@ class Inventor {
     }
 
     void put(const Model& model, const V2d& at, double heading, double height = 0) {
-        append(statics_, model, M44f(placed({0, heading, 0}, {at.x, ground(at) + height, at.y})));
+        append(statics_, model, M44f(placed(V3d(0, heading, 0), {at.x, ground(at) + height, at.y})));
     }
 
     /// A free place within `far` of the origin and outside `near`, then taken.
@@ -219,7 +213,7 @@ class Inventor {
         scatter(count, 1.6, 3, reach, [&] {
             Model fence = random_.below(2) ? wire_fence(materials_, 3) : railing(materials_, 3);
             Model centered;
-            append(centered, fence, M44f(placed(V3d(0), {-1.5, 0, 0})));
+            append(centered, fence, move(V3f(-1.5f, 0, 0)));
             return centered;
         });
     }
@@ -314,7 +308,7 @@ class Inventor {
         const int wall = materials_.any_wall(random_), ceiling = materials_.any_wall(random_);
         const float opening = between(1.5, 4);
         for (int side = 0; side < 4; ++side) {
-            const M44f place(placed({0, side * pi / 2, 0}, V3d(0)));
+            const M44f place(turn(V3d(0, side * pi / 2, 0)));
             Mesh& walls = mesh_of(statics_, wall);
             // Piers between openings, through which rooms behind are seen.
             for (float x = -half; x < half; x += 5.5f) {
@@ -384,7 +378,7 @@ class Inventor {
                                    : kind == 1 ? V3d(pace * seconds, phase, 0)
                                                : V3d(swing * std::sin(2 * seconds + phase), phase, 0);
                 const V3d moved = kind == 2 ? V3d(0, 0.4 * std::sin(3 * seconds + phase), 0) : V3d(0);
-                return placed(turned, V3d(0)) * placed(tilt, at + moved);
+                return turn(turned) * placed(tilt, at + moved);
             });
         }
         for (int i = 2 + random_.below(5); i > 0; --i) {  // overhead, in circles
@@ -392,7 +386,7 @@ class Inventor {
             const double pace = random_.uniform(2, 9) / radius * (random_.below(2) ? 1 : -1);
             add_moving(sculpture(materials_, random_, between(0.3, 0.7)), [=, this_ground = hills_](double seconds) {
                 const double turn = phase + pace * seconds;
-                return placed({0.3, -turn, 0.2},
+                return placed(V3d(0.3, -turn, 0.2),
                               {radius * std::cos(turn), height + this_ground + 0.4 * std::sin(3 * turn),
                                radius * std::sin(turn)});
             });
@@ -407,7 +401,7 @@ class Inventor {
                 lane.radius *= 1 + aside;
                 const double turn = start + pace * seconds;
                 const V2d here = lane.place(turn), ahead = lane.place(turn + std::copysign(0.01, pace)) - here;
-                return placed({0, std::atan2(-ahead.y, ahead.x), 0}, {here.x, 0, here.y});
+                return placed(V3d(0, std::atan2(-ahead.y, ahead.x), 0), {here.x, 0, here.y});
             });
         }
     }
@@ -450,8 +444,7 @@ World make_invented_world(uint64_t seed, int path) {
     const Stage stage = inventor.invent();
     scene.build();
     Random random(seed_of("film of procedural:" + std::to_string(seed), static_cast<uint64_t>(path)));
-    const Film film(scene, random, path, roaming_shots(scene, stage, inventor.targets()));
-    world.frame = [film](int frame) { return film.frame(frame); };
+    world.frame = Film(scene, random, path, roaming_shots(scene, stage, inventor.targets()));
     return world;
 }
 

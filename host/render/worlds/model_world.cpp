@@ -62,8 +62,7 @@ World make_model_world(const std::filesystem::path& file, int path) {
     std::vector<ShotIdea> ideas = {around, held};
     constexpr double a_place = 6;  // what is larger may be walked through
     if (radius > a_place) std::ranges::copy(roaming_shots(scene, stage, {}), std::back_inserter(ideas));
-    const Film film(scene, random, path, ideas);
-    world.frame = [film](int frame) { return film.frame(frame); };
+    world.frame = Film(scene, random, path, ideas);
     return world;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "render/worlds/placement.h"
 #include "render/worlds/procedural.h"
 
 namespace clarus::render {
@@ -21,14 +22,6 @@ float between(Random& random, double low, double high) { return static_cast<floa
 V3f any_direction(Random& random) {
     const float y = between(random, -1, 1), angle = between(random, 0, two_pi), ring = std::sqrt(1 - y * y);
     return {ring * std::cos(angle), y, ring * std::sin(angle)};
-}
-
-Imath::M44f turned(float around_y, V3f to) {
-    Imath::M44f place;
-    place.rotate(V3f(0, around_y, 0));
-    Imath::M44f shift;
-    shift.setTranslation(to);
-    return place * shift;
 }
 
 /// A square card with the whole texture on it.
@@ -175,7 +168,7 @@ Model crates(const Palette& palette, Random& random) {
     Mesh& wood = mesh_of(model, palette.planks);
     const auto crate = [&](V3f at, float size) {
         wood.add_box({-size / 2, 0, -size / 2}, {size / 2, size, size / 2}, size,
-                     turned(between(random, -0.3, 0.3), at));
+                     placed(V3f(0, between(random, -0.3, 0.3), 0), at));
     };
     crate({-0.45f, 0, 0}, 0.8f);
     crate({0.45f, 0, 0.15f}, 0.75f);
@@ -320,7 +313,7 @@ Model house(const Palette& palette, Random& random, float width, float depth, fl
     const float level = 5.6f;
     if (height > level + 2) {
         stone.add_box({-1.6f, level - 0.12f, z}, {1.6f, level, z + 1}, 2);
-        append(model, railing(palette, 3.2f), turned(0, {-1.6f, level, z + 0.97f}));
+        append(model, railing(palette, 3.2f), move(V3f(-1.6f, level, z + 0.97f)));
     }
     mesh_of(model, palette.planks).add_box({-0.7f, 0, z + 0.05f}, {0.7f, 2.3f, z + 0.12f}, 1.4f);
     return model;

@@ -279,8 +279,7 @@ World make_torcs_world(const std::string& name, int path) {
     scene.add_static(Importer(scene, {data / "data" / "textures"}).load(pieces, folder));
     const Pack pack(scene, track, path, random);
     scene.build();
-    const Film film(scene, random, path, race_shots(scene, track, pack));
-    world.frame = [film](int frame) { return film.frame(frame); };
+    world.frame = Film(scene, random, path, race_shots(scene, track, pack));
     return world;
 }
 

@@ -1,6 +1,6 @@
-"""What a model gains over bicubic on held-out sequences, as the clarus program computes both.
+"""What models gain over bicubic on held-out sequences, as the clarus program computes both.
 
-python3 -m clarus_training.evaluate CLARUS MODEL MANIFEST DIRECTORY [--markdown] [--json FILE] [--device SELECTOR]
+python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdown] [--json FILE] [--device SELECTOR]
 
 DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means
 over its frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std
@@ -101,35 +101,43 @@ def table(rows, markdown):
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in cells)
 
 
+def evaluate(clarus, entries, directory, models, options):
+    """For every model the rows of all scenes and of their mean; and for every model and scene the frames' figures."""
+    rows, details = {model: [] for model in models}, {model: {} for model in models}
+    for entry in entries:
+        sequence, stills = os.path.join(directory, entry.name), entry.spans("still")
+        bicubic_frames, _ = measure(clarus, sequence, "bicubic", options, [])
+        for model in models:
+            model_frames, spread = measure(clarus, sequence, model, options, stills)
+            rows[model].append(figures_of(entry, model_frames, bicubic_frames, spread))
+            print(f"{model}, {entry.name}: {rows[model][-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
+            details[model][entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
+    for model in models:
+        rows[model].append(mean_row(rows[model]))
+    return rows, details
+
+
 def main():
     parser = argparse.ArgumentParser(description="PSNR, SSIM, gain and pixel std from the clarus program.")
     parser.add_argument("clarus", help="the clarus program")
-    parser.add_argument("model", help="a model's name or file")
     parser.add_argument("manifest")
     parser.add_argument("directory")
+    parser.add_argument("models", nargs="+", help="names of models, or files; of the sequences' scale")
     parser.add_argument("--device", default="auto")
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
-    parser.add_argument("--markdown", action="store_true", help="print the table for a model card")
+    parser.add_argument("--markdown", action="store_true", help="print the tables for a model card")
     parser.add_argument("--json", metavar="FILE", help="also write the figures, with every frame's, as JSON")
     arguments = parser.parse_args()
-    rows, details = [], {}
-    for entry in manifest.read(arguments.manifest):
-        if arguments.only and entry.name not in arguments.only:
-            continue
-        sequence = os.path.join(arguments.directory, entry.name)
-        options, stills = ["--device", arguments.device], entry.spans("still")
-        model_frames, spread = measure(arguments.clarus, sequence, arguments.model, options, stills)
-        bicubic_frames, _ = measure(arguments.clarus, sequence, "bicubic", options, [])
-        rows.append(figures_of(entry, model_frames, bicubic_frames, spread))
-        print(f"{entry.name}: {rows[-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
-        details[entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
-    if not rows:
+    entries = [e for e in manifest.read(arguments.manifest) if not arguments.only or e.name in arguments.only]
+    if not entries:
         raise SystemExit(f"{arguments.manifest}: no such sequence")
-    rows.append(mean_row(rows))
-    print(table(rows, arguments.markdown))
+    options = ["--device", arguments.device]
+    rows, details = evaluate(arguments.clarus, entries, arguments.directory, arguments.models, options)
+    for model in arguments.models:
+        print(f"{model}\n{table(rows[model], arguments.markdown)}")
     if arguments.json:
+        report = {m: {"scenes": rows[m][:-1], "mean": rows[m][-1], "frames": details[m]} for m in arguments.models}
         with open(arguments.json, "w") as file:
-            report = {"model": arguments.model, "scenes": rows[:-1], "mean": rows[-1], "frames": details}
             json.dump(report, file, indent=1)
 
 

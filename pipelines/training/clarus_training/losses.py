@@ -14,6 +14,15 @@ def of_clip(network, frames, reference, criterion):
 l1 = F.l1_loss
 
 
+def l1_steady(output, reference):
+    """L1 of consecutive frames [T, …], and as much again for every change where the reference has none.
+
+    Flicker of a picture that stands still is small against its error, and so hardly counts in L1 alone.
+    """
+    still = (reference[1:] == reference[:-1]).all(dim=-3, keepdim=True)
+    return l1(output, reference) + ((output[1:] - output[:-1]).abs() * still).mean()
+
+
 def l1_l2(output, reference):
     """L1, and as much again for an error of 0.1, more for a larger one: ghosts are few, large errors."""
     return l1(output, reference) + 10 * F.mse_loss(output, reference)
@@ -49,4 +58,4 @@ def ssim_l1(output, reference):
     return ssim(output, reference) + l1(output, reference)
 
 
-LOSSES = {"l1": l1, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}
+LOSSES = {"l1": l1, "l1-steady": l1_steady, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}

@@ -16,7 +16,7 @@ import time
 
 import torch
 
-from . import dataset, enss, validation
+from . import dataset, enss, enss_growth, export, validation
 from .losses import LOSSES
 from .pipelines import PIPELINES
 from .sequence import find
@@ -37,6 +37,7 @@ def parse():
     budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
     parser.add_argument("--start", help="a checkpoint whose weights to start from")
+    parser.add_argument("--grow", help="enss: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
@@ -133,6 +134,10 @@ class Training:
         self.network.load_state_dict(state)
         self.average = Average(self.network, self.arguments.ema)
 
+    def grow_from(self, path):
+        enss_growth.grow(self.network, export.load_checkpoint(path).to(self.arguments.device))
+        self.average = Average(self.network, self.arguments.ema)
+
     @property
     def progress(self):
         """Of the time or the steps asked for."""
@@ -202,6 +207,8 @@ def told_to_end():
 
 def main():
     arguments = parse()
+    if arguments.grow and arguments.pipeline != "enss":
+        raise SystemExit(f"--grow: {arguments.pipeline} has no smaller network to grow from; --start takes its own")
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
     torch.set_flush_denormal(True)  # moments of weights that have stopped moving would slow the optimiser down
@@ -212,6 +219,8 @@ def main():
         training.load(checkpoint)
     elif arguments.start:
         training.start_from(torch.load(arguments.start, map_location=arguments.device)["network"])
+    elif arguments.grow:
+        training.grow_from(arguments.grow)
     sequences = [s for s in find(arguments.data) if s.scale == arguments.scale and s.has_references]
     held_out = find(arguments.validation) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS

@@ -5,8 +5,9 @@ import tempfile
 import unittest
 
 import torch
+import torch.nn.functional as F
 
-from clarus_training import enss, model_file, operators, safetensors
+from clarus_training import enss, enss_growth, model_file, operators, safetensors
 from clarus_training.frame import Frame
 
 
@@ -59,6 +60,51 @@ class Model(unittest.TestCase):
             # Away from the border, where the convolution's zeros show.
             error = (inside["candidate"] - upsampled)[:, :, 4:-4, 4:-4].square().mean().sqrt()
             self.assertLess(error.item(), 0.15)
+
+    def outputs(self, network, clip):
+        state, outputs = None, []
+        for frame in clip:
+            with torch.no_grad():
+                output, state = network.step(frame, state)
+            outputs.append(output)
+        return torch.stack(outputs)
+
+    def test_a_grown_network_computes_the_same(self):
+        small = enss.create(scale=2, features=4, middle=1, hidden=16)
+        for layer in small.body:
+            torch.nn.init.normal_(layer.weight, std=0.3)
+            torch.nn.init.normal_(layer.bias, std=0.3)
+        large = enss.create(scale=2, features=7, middle=3, hidden=16)
+        enss_growth.grow(large, small)
+        clip = frames(4, 2)
+        self.assertLess((self.outputs(large, clip) - self.outputs(small, clip)).abs().max().item(), 1e-5)
+
+    def test_a_network_of_another_scale_starts_as_good(self):
+        small = enss.create(scale=2, features=16, middle=1, hidden=64)
+        # Something smooth, which every scale can show.
+        ramp = torch.linspace(0, 6, 12)
+        for scale in (3, 4):
+            large = enss.create(scale=scale, features=16, middle=1, hidden=64)
+            enss_growth.grow(large, small)
+            color = (0.5 + 0.3 * torch.sin(ramp)).expand(1, 3, 12, 12)
+            clip = [frame._replace(color=color) for frame in frames(3, 2, 12, 12)]
+            outputs = [self.outputs(network, clip).flatten(0, 1) for network in (large, small)]
+            pooled = [F.avg_pool2d(image, s) for image, s in zip(outputs, (scale, 2))]
+            self.assertLess((pooled[0] - pooled[1])[..., 2:-2, 2:-2].abs().mean().item(), 0.02)
+
+    def test_resampling_keeps_sums_and_interpolation_keeps_lines(self):
+        matrix = enss_growth.resampling(6, 9)
+        torch.testing.assert_close(matrix.sum(dim=0), torch.ones(6, dtype=torch.float64))
+        self.assertEqual([round(v, 9) for v in matrix[1].tolist()], [round(1 / 3, 9)] * 2 + [0] * 4)
+        centres = lambda n: (torch.arange(n, dtype=torch.float64) + 0.5) / n
+        for finer in (2, 3, 4):
+            torch.testing.assert_close(enss_growth.interpolation(2, finer) @ centres(2), centres(finer))
+
+    def test_a_network_does_not_grow_into_a_smaller_one(self):
+        small = enss.create(scale=2, features=4, middle=1, hidden=16)
+        for shape in (dict(features=3, middle=1), dict(features=4, middle=0)):
+            with self.assertRaises(SystemExit):
+                enss_growth.grow(enss.create(scale=2, hidden=16, **shape), small)
 
 
 if __name__ == "__main__":
