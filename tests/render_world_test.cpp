@@ -111,7 +111,7 @@ TEST_CASE("Films: cameras move, stand still, cut; every frame continues the one 
         int still = 0, since_still = 0, both_still = 0, worst_gap = 0, blocked = 0;
         for (int i = 0; i < frames; ++i) {
             const FrameState now = film(i), before = i > 0 ? film(i - 1) : now;
-            REQUIRE(equal(now.camera, twin.frame(i).camera));
+            REQUIRE(equal(now.camera, twin(i).camera));
             if (now.cut) {
                 ++cuts;
                 if (i < 24) ++first_cuts;

@@ -10,7 +10,7 @@ import torch.nn.functional as F
 from . import losses, model_file, operators
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
-CLIPS = [8, 16]
+CLIPS = [12, 24]
 RATE = 2e-3
 MLP_LAYERS = 7
 ABLATIONS = ("jitter-kernels", "blending", "dilation", "warping")  # what the paper's ablations leave out
@@ -171,7 +171,8 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    return losses.of_clip(network, frames, reference, criterion or losses.l1)
+    """The paper's L1, and with it what keeps still pictures still."""
+    return losses.of_clip(network, frames, reference, criterion or losses.l1_steady)
 
 
 def create(scale, features, middle, hidden, without=()):
