@@ -48,6 +48,12 @@ Value Graph::upsample(Value image, int scale, Shift shift, std::string name) {
     return add(Upsample{scale, shift}, {image}, {in.channels, in.height * scale, in.width * scale}, std::move(name));
 }
 
+Value Graph::upsample_motion(Value motion, int scale, std::string name) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2, "motion has two components");
+    return add(UpsampleMotion{scale}, {motion}, {2, in.height * scale, in.width * scale}, std::move(name));
+}
+
 Value Graph::resample(Value color, Filter filter, double scale, Size size) {
     return add(Resample{filter, scale}, {color}, {shape(color).channels, size.height, size.width}, "resample");
 }
@@ -60,8 +66,8 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
                "dilate");
 }
 
-Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback,
-                  int fallback_scale) {
+Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+                  std::string name) {
     const Shape in = shape(image);
     const Shape motion = shape(block_motion);
     expect(motion.channels == 2 && motion.height == ceil_divide(in.height, motion_block) &&
@@ -71,7 +77,31 @@ Value Graph::warp(Value image, Value block_motion, int motion_block, Border bord
     expect(from.height * fallback_scale == in.height && from.width * fallback_scale == in.width &&
                from.channels <= in.channels,
            "the fallback covers the image");
-    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, "warp");
+    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, std::move(name));
+}
+
+Value Graph::pick(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "samples lie in whole tiles");
+    return add(Pick{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::place(Value image, Value samples, int scale, std::string name) {
+    const Shape in = shape(image), placed = shape(samples);
+    expect(placed == Shape{in.channels, in.height / scale, in.width / scale} && in.height % scale == 0 &&
+               in.width % scale == 0,
+           "a sample for each tile of the image");
+    return add(Place{scale}, {image, samples}, in, std::move(name));
+}
+
+Value Graph::average_pool(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "pooling divides the image");
+    return add(AveragePool{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::sharpen(Value image, float amount, std::string name) {
+    return add(Sharpen{amount}, {image}, shape(image), std::move(name));
 }
 
 Value Graph::space_to_depth(Value image, int scale) {
@@ -131,14 +161,28 @@ Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::pointwise(Step::Function function, Value a, Value b, std::string name) {
+    expect(shape(a) == shape(b), "images have one shape");
+    return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, shape(a), std::move(name));
+}
+
+Value Graph::sum(Value a, Value b, std::string name) { return pointwise(Step::Function::sum, a, b, std::move(name)); }
+
+Value Graph::difference(Value a, Value b, std::string name) {
+    return pointwise(Step::Function::difference, a, b, std::move(name));
+}
+
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
         const Parameters& parameters = graph.parameters[convolution->parameters];
         return 2.0 * parameters.taps() * parameters.in_channels * elements;
     }
-    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op))
+    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
+        std::holds_alternative<Warp>(node.op))
         return 7 * elements;  // four products, three sums
+    if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
+    if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return (resample->filter == Filter::bicubic ? 31 : 7) * elements;
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))

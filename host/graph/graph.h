@@ -84,9 +84,15 @@ class Graph {
     void carry(Value previous, Value next);
 
     Value upsample(Value image, int scale, Shift shift, std::string name);
+    Value upsample_motion(Value motion, int scale, std::string name);
     Value resample(Value color, Filter filter, double scale, Size output_size);
     Value dilate(Value motion, Value depth, int scale);
-    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale);
+    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+               std::string name = "warp");
+    Value pick(Value image, int scale, std::string name);
+    Value place(Value image, Value samples, int scale, std::string name);
+    Value average_pool(Value image, int scale, std::string name);
+    Value sharpen(Value image, float amount, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
     Value concat(std::vector<Value> inputs);
@@ -95,8 +101,11 @@ class Graph {
     Value sigmoid(Value image, std::string name);
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
+    Value sum(Value a, Value b, std::string name);
+    Value difference(Value a, Value b, std::string name);
 
   private:
+    Value pointwise(Step::Function function, Value a, Value b, std::string name);
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 

@@ -34,6 +34,12 @@ struct Upsample {
     Shift shift;
 };
 
+/// s · upsample(m, s, J_m). Input: motion. Result: 2 channels in HR pixels, NaN where an invalid vector counts: one of
+/// the four taps whose weight along each axis exceeds 10⁻³.
+struct UpsampleMotion {
+    int scale;
+};
+
 enum class Filter { bilinear, bicubic };
 
 /// A filter without a network at any real scale, aware of the jitter. Input: colour.
@@ -58,6 +64,25 @@ struct Warp {
     Border border;
     int motion_block;
     int fallback_scale;
+};
+
+/// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
+struct Pick {
+    int scale;
+};
+/// place(I, x, s, J). Inputs: HR image, LR samples of as many channels.
+struct Place {
+    int scale;
+};
+/// avgpool_s. Input: image.
+struct AveragePool {
+    int scale;
+};
+
+/// MNSS's step 6: 3×3, −amount at the corners, 1 + 4 · amount in the middle, border clamp, the result clamped to [0,
+/// 1].
+struct Sharpen {
+    float amount;
 };
 
 struct SpaceToDepth {
@@ -85,9 +110,11 @@ struct Convolution {
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
 struct Step {
     enum class Function {
-        sigmoid,  // 1 / (1 + e^−a)
-        mix,      // c·a + (1 − c)·b
-        clamp,    // a clamped to [low, high]
+        sigmoid,     // 1 / (1 + e^−a)
+        mix,         // c·a + (1 − c)·b
+        clamp,       // a clamped to [low, high]
+        sum,         // a + b
+        difference,  // |a − b|
     };
     Function function;
     std::vector<int> operands;
@@ -102,7 +129,7 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, Warp, SpaceToDepth, DepthToSpace,
-                              Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place,
+                              AveragePool, Sharpen, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph
