@@ -12,8 +12,10 @@ std::span<const Pipeline> pipelines() {
 
 std::span<const FilterPipeline> filters() {
     static const FilterPipeline all[] = {
+        {"nearest", build_nearest},
         {"bilinear", build_bilinear},
         {"bicubic", build_bicubic},
+        {"lanczos", build_lanczos},
     };
     return all;
 }

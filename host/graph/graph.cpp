@@ -54,8 +54,8 @@ Value Graph::upsample_motion(Value motion, int scale, std::string name) {
     return add(UpsampleMotion{scale}, {motion}, {2, in.height * scale, in.width * scale}, std::move(name));
 }
 
-Value Graph::resample(Value color, Filter filter, double scale, Size size) {
-    return add(Resample{filter, scale}, {color}, {shape(color).channels, size.height, size.width}, "resample");
+Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift shift) {
+    return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
 }
 
 Value Graph::dilate(Value motion, Value depth, int scale) {
@@ -172,6 +172,25 @@ Value Graph::difference(Value a, Value b, std::string name) {
     return pointwise(Step::Function::difference, a, b, std::move(name));
 }
 
+namespace {
+
+/// Products and sums of a separable filter's taps.
+double operations_an_element(Filter filter) {
+    switch (filter) {
+        case Filter::nearest:
+            return 0;
+        case Filter::bilinear:
+            return 7;
+        case Filter::bicubic:
+            return 31;
+        case Filter::lanczos:
+            return 71;
+    }
+    throw std::logic_error("unknown filter");
+}
+
+}  // namespace
+
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
@@ -184,7 +203,7 @@ double operations(const Graph& graph, const Node& node) {
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
-        return (resample->filter == Filter::bicubic ? 31 : 7) * elements;
+        return operations_an_element(resample->filter) * elements;
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
         return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
     return 0;

@@ -84,8 +84,8 @@ class Graph {
     void carry(Value previous, Value next);
 
     Value upsample(Value image, int scale, Shift shift, std::string name);
-    Value upsample_motion(Value motion, int scale, std::string name);
-    Value resample(Value color, Filter filter, double scale, Size output_size);
+    Value upsample_motion(Value motion, int scale, std::string name = "motion upsampling");
+    Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
     Value dilate(Value motion, Value depth, int scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");

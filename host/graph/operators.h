@@ -40,12 +40,14 @@ struct UpsampleMotion {
     int scale;
 };
 
-enum class Filter { bilinear, bicubic };
+/// Filters without a network (pipelines/filters/README.md).
+enum class Filter { nearest, bilinear, bicubic, lanczos };
 
-/// A filter without a network at any real scale, aware of the jitter. Input: colour.
+/// An image by a filter at any real scale, clamped to [0, 1]. Input: an image of values in [0, 1].
 struct Resample {
     Filter filter;
     double scale;
+    Shift shift = Shift::jitter;
 };
 
 /// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.

@@ -1,23 +1,9 @@
 #include <fmt/format.h>
 
-#include <stdexcept>
-
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
 namespace {
-
-std::string shift_options(graph::Shift shift) {
-    switch (shift) {
-        case graph::Shift::none:
-            return "-DSHIFT_X=0.0f -DSHIFT_Y=0.0f";
-        case graph::Shift::jitter:
-            return "-DSHIFT_X=frame.jitter_x -DSHIFT_Y=frame.jitter_y";
-        case graph::Shift::motion_jitter:
-            return "-DSHIFT_X=frame.motion_jitter_x -DSHIFT_Y=frame.motion_jitter_y";
-    }
-    throw std::logic_error("unknown shift");
-}
 
 Lowered lower(const Problem& problem, const Choices& choices) {
     const auto& upsample = std::get<graph::Upsample>(problem.node.op);
