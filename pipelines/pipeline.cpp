@@ -6,6 +6,7 @@ std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
         {"enss", 2, 4, true, build_enss},
         {"mnss", 2, 3, true, build_mnss},
+        {"srpo", 1, 8, false, build_srpo},
     };
     return all;
 }

@@ -104,6 +104,26 @@ Value Graph::sharpen(Value image, float amount, std::string name) {
     return add(Sharpen{amount}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::offset_mask(Value offsets, std::string name) {
+    const Shape in = shape(offsets);
+    expect(in.channels == 2, "offsets have two components");
+    return add(OffsetMask{}, {offsets}, {1, in.height, in.width}, std::move(name));
+}
+
+Value Graph::project(Value color, Value offsets, Value mask, Value interpolated, int scale, std::string name) {
+    const Shape result = shape(interpolated);
+    expect(shape(color) == Shape{result.channels, result.height / scale, result.width / scale} &&
+               shape(offsets) == Shape{2, result.height, result.width} &&
+               shape(mask) == Shape{1, result.height, result.width},
+           "offsets and mask cover the upsampled image");
+    return add(Project{scale}, {color, offsets, mask, interpolated}, result, std::move(name));
+}
+
+Value Graph::mlaa(Value image, std::string name) {
+    expect(shape(image).channels == 3, "colour is antialiased");
+    return add(Mlaa{}, {image}, shape(image), std::move(name));
+}
+
 Value Graph::space_to_depth(Value image, int scale) {
     const Shape in = shape(image);
     expect(in.height % scale == 0 && in.width % scale == 0, "space-to-depth divides the image");
@@ -161,6 +181,10 @@ Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::round(Value image, std::string name) {
+    return add(Pointwise{{{Step::Function::round, {0}}}, {1}}, {image}, shape(image), std::move(name));
+}
+
 Value Graph::pointwise(Step::Function function, Value a, Value b, std::string name) {
     expect(shape(a) == shape(b), "images have one shape");
     return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, shape(a), std::move(name));
@@ -202,6 +226,8 @@ double operations(const Graph& graph, const Node& node) {
         return 7 * elements;  // four products, three sums
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
+    if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
+    if (std::holds_alternative<Project>(node.op)) return 3 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))

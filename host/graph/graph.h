@@ -93,6 +93,9 @@ class Graph {
     Value place(Value image, Value samples, int scale, std::string name);
     Value average_pool(Value image, int scale, std::string name);
     Value sharpen(Value image, float amount, std::string name);
+    Value offset_mask(Value offsets, std::string name);
+    Value project(Value color, Value offsets, Value mask, Value interpolated, int scale, std::string name);
+    Value mlaa(Value image, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
     Value concat(std::vector<Value> inputs);
@@ -101,6 +104,7 @@ class Graph {
     Value sigmoid(Value image, std::string name);
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
+    Value round(Value image, std::string name);
     Value sum(Value a, Value b, std::string name);
     Value difference(Value a, Value b, std::string name);
 

@@ -87,6 +87,23 @@ struct Sharpen {
     float amount;
 };
 
+/// SRPO's mask: where an offset, rounded half up, is not 0, blurred (Gaussian, σ = 1, radius 3, border zero). Input:
+/// raw offsets, 2 channels. Result: 1 channel.
+struct OffsetMask {};
+
+/// SRPO's steps 2 and 4: mask · O + (1 − mask) · interpolated, with O(X, Y) the colour at render pixel (⌊X/s⌋ + ox,
+/// ⌊Y/s⌋ + oy), clamped to the image. Inputs: colour, raw offsets (rounded half up here), mask, interpolated image.
+struct Project {
+    int scale;
+};
+
+/// Morphological antialiasing: see kernels/mlaa.cl. Input: image of 3 channels.
+struct Mlaa {};
+/// Neighbouring pixels that differ by as much in a channel have an edge between them: Reshetov compares four bits.
+inline constexpr float kMlaaThreshold = 1 / 16.0f;
+/// How far along an edge its end is looked for, in pixels.
+inline constexpr int kMlaaReach = 64;
+
 struct SpaceToDepth {
     int scale;
 };
@@ -117,6 +134,7 @@ struct Step {
         clamp,       // a clamped to [low, high]
         sum,         // a + b
         difference,  // |a − b|
+        round,       // half up, ⌊a + ½⌋
     };
     Function function;
     std::vector<int> operands;
@@ -131,7 +149,8 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place,
-                              AveragePool, Sharpen, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place, AveragePool,
+                 Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -98,6 +98,9 @@ std::span<const Implementation> pick_implementations();
 std::span<const Implementation> place_implementations();
 std::span<const Implementation> average_pool_implementations();
 std::span<const Implementation> sharpen_implementations();
+std::span<const Implementation> offset_mask_implementations();
+std::span<const Implementation> project_implementations();
+std::span<const Implementation> mlaa_implementations();
 std::span<const Implementation> pointwise_implementations();
 
 }  // namespace clarus::runtime

@@ -20,6 +20,9 @@ struct ByOperator {
         return average_pool_implementations();
     }
     std::span<const Implementation> operator()(const graph::Sharpen&) const { return sharpen_implementations(); }
+    std::span<const Implementation> operator()(const graph::OffsetMask&) const { return offset_mask_implementations(); }
+    std::span<const Implementation> operator()(const graph::Project&) const { return project_implementations(); }
+    std::span<const Implementation> operator()(const graph::Mlaa&) const { return mlaa_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 
     // Written by ingest, carried over from the frame before, or views of another value's memory.
