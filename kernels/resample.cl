@@ -1,58 +1,126 @@
-// Filters without a network: HR pixel (X, Y) from render index coordinate (X + 1/2) / s - 1/2 - J, for any real s.
+// Separable filters without a network: HR pixel (X, Y) from render index coordinate (X + 1/2) / s - 1/2 - J, for any
+// real s, clamped to [0, 1].
 //
-// Options: IN_*, OUT_* (layouts), SCALE, SCALE_REST (s as the sum of two floats), STORE_HALF.
+// Options: IN_*, OUT_* (layouts), SCALE, SCALE_REST (s as the sum of two floats), SHIFT_X, SHIFT_Y (the jitter, as an
+// expression in `frame`), TAPS (along each axis: 1 nearest, 2 bilinear, 4 Keys' bicubic, 6 Lanczos-3), STORE_HALF.
 
-typedef struct {
-    int whole;
-    float fraction;
-} Coordinate;
+#define FIRST_TAP (1 - (TAPS + 1) / 2)  // counted from the whole part of the coordinate
 
-// Subtracting whole · s from x + 1/2 leaves no rounding error in the remainder; so the fraction is as accurate at the
-// image's far edge as at its near one.
-inline Coordinate source_coordinate(int x, float jitter) {
-    const float centre = x + 0.5f;
-    const int near = (int)(centre / SCALE);
-    const float remainder = fma(-(float)near, SCALE, centre) - near * SCALE_REST;
-    const float shift = remainder / SCALE - 0.5f - jitter;
-    const int whole = whole_part(shift);
-    const Coordinate result = {near + whole, shift - whole};
-    return result;
+// sinc(t) of |t| <= 1, sin(pi t) / (pi t) as a series in (pi t)².
+inline float8 sinc(float8 squared) {
+    float8 sum = MAD(squared, (float8)(1 / 355687428096000.0f), (float8)(-1 / 1307674368000.0f));
+    sum = MAD(sum, squared, (float8)(1 / 6227020800.0f));
+    sum = MAD(sum, squared, (float8)(-1 / 39916800.0f));
+    sum = MAD(sum, squared, (float8)(1 / 362880.0f));
+    sum = MAD(sum, squared, (float8)(-1 / 5040.0f));
+    sum = MAD(sum, squared, (float8)(1 / 120.0f));
+    sum = MAD(sum, squared, (float8)(-1 / 6.0f));
+    return MAD(sum, squared, (float8)(1.0f));
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bilinear(global const storage* in,
-                                                                                   global storage* out, Frame frame) {
+// The taps' weights around a coordinate whose fraction is t; they sum to 1. Those past the last tap are 0.
+inline float8 tap_weights(float t) {
+#if TAPS == 1
+    return (float8)(1, 0, 0, 0, 0, 0, 0, 0);
+#elif TAPS == 2
+    return (float8)(1 - t, t, 0, 0, 0, 0, 0, 0);
+#elif TAPS == 4
+    // a = -1/2.
+    return (float8)(((-0.5f * t + 1.0f) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1.0f,
+                    ((-1.5f * t + 2.0f) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t, 0, 0, 0, 0);
+#else
+    // sinc(x) sinc(x / 3), and sin 3a = sin a (3 - 4 sin² a) gives the first of the second.
+    const float8 third = (t - (float8)(-2, -1, 0, 1, 2, 3, 0, 0)) * (M_PI_F / 3);
+    const float8 squared = third * third, wide = sinc(squared), wide_squared = wide * wide;
+    const float8 weights = wide_squared * (1 - 4.0f / 3 * squared * wide_squared) * (float8)(1, 1, 1, 1, 1, 1, 0, 0);
+    const float4 sums = weights.lo + weights.hi;
+    return weights / (sums.x + sums.y + sums.z + sums.w);
+#endif
+}
+
+inline Coordinate coordinate(int x, float jitter) {
+#if TAPS == 1
+    // Rounded: the middle between two pixels is the second's, whatever rounding errors make of it.
+    jitter -= 0.501f;
+#endif
+    return source_coordinate(x, SCALE, SCALE_REST, jitter);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(global const storage* in, global storage* out,
+                                                                          Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const Coordinate u = source_coordinate(x, frame.jitter_x);
-    const Coordinate v = source_coordinate(y, frame.jitter_y);
-    const Taps tx = clamped_taps(u.whole, u.fraction, IN_WIDTH);
-    const Taps ty = clamped_taps(v.whole, v.fraction, IN_HEIGHT);
-    for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IN, in, tx, ty, c), out, x, y, c);
-}
-
-// Keys' cubic convolution, a = -1/2: weights of the taps at -1, 0, 1, 2 from the whole coordinate.
-inline float4 keys(float t) {
-    return (float4)(((-0.5f * t + 1.0f) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1.0f,
-                    ((-1.5f * t + 2.0f) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t);
-}
-
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_bicubic(global const storage* in,
-                                                                                  global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const Coordinate u = source_coordinate(x, frame.jitter_x);
-    const Coordinate v = source_coordinate(y, frame.jitter_y);
-    const int4 taps = (int4)(-1, 0, 1, 2);
-    const int4 columns = clamp(u.whole + taps, (int4)(0), (int4)(IN_WIDTH - 1));
-    const int4 rows = clamp(v.whole + taps, (int4)(0), (int4)(IN_HEIGHT - 1));
-    const float4 along_x = keys(u.fraction), along_y = keys(v.fraction);
+    const Coordinate u = coordinate(x, SHIFT_X), v = coordinate(y, SHIFT_Y);
+    float along_x[8], along_y[8];
+    vstore8(tap_weights(u.fraction), 0, along_x);
+    vstore8(tap_weights(v.fraction), 0, along_y);
     for (int c = 0; c < OUT_CHANNELS; c += 4) {
-#define ROW(y)                                                                                                     \
-    (along_x.s0 * LOAD_CHANNELS(IN, in, columns.s0, y, c) + along_x.s1 * LOAD_CHANNELS(IN, in, columns.s1, y, c) + \
-     along_x.s2 * LOAD_CHANNELS(IN, in, columns.s2, y, c) + along_x.s3 * LOAD_CHANNELS(IN, in, columns.s3, y, c))
-        const float4 sum = along_y.s0 * ROW(rows.s0) + along_y.s1 * ROW(rows.s1) + along_y.s2 * ROW(rows.s2) +
-                           along_y.s3 * ROW(rows.s3);
-#undef ROW
-        STORE_CHANNELS(OUT, sum, out, x, y, c);
+        float4 sum = 0;
+#pragma unroll
+        for (int j = 0; j < TAPS; ++j) {
+            const int row = clamp(v.whole + FIRST_TAP + j, 0, IN_HEIGHT - 1);
+            float4 line = 0;
+#pragma unroll
+            for (int i = 0; i < TAPS; ++i) {
+                const int column = clamp(u.whole + FIRST_TAP + i, 0, IN_WIDTH - 1);
+                line += along_x[i] * LOAD_CHANNELS(IN, in, column, row, c);
+            }
+            sum += along_y[j] * line;
+        }
+        STORE_CHANNELS(OUT, clamp(sum, 0.0f, 1.0f), out, x, y, c);
     }
 }
+
+// For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, each row filtered
+// along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants three channels,
+// and source pixels of four elements; SPAN is the most source pixels under a row of the strip and its taps.
+#ifdef PIXELS
+#define VECTORS ((SPAN + 3) / 4)
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(global const storage* in,
+                                                                                global storage* out, Frame frame) {
+    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
+    const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
+    const int first_column = coordinate(x0, SHIFT_X).whole + FIRST_TAP;
+    int place[PIXELS];
+    float along_x[PIXELS][8];
+    for (int i = 0; i < PIXELS; ++i) {
+        const Coordinate u = coordinate(x0 + i, SHIFT_X);
+        place[i] = u.whole + FIRST_TAP - first_column;
+        vstore8(tap_weights(u.fraction), 0, along_x[i]);
+    }
+    const bool inside = first_column >= 0 && first_column + 4 * VECTORS <= IN_WIDTH;
+    for (int row = 0; row < rows; ++row) {
+        const Coordinate v = coordinate(y0 + row, SHIFT_Y);
+        float along_y[8];
+        vstore8(tap_weights(v.fraction), 0, along_y);
+        float16 filtered[VECTORS];
+#pragma unroll
+        for (int i = 0; i < VECTORS; ++i) filtered[i] = 0;
+#pragma unroll
+        for (int j = 0; j < TAPS; ++j) {
+            const int line = AT(IN, 0, clamp(v.whole + FIRST_TAP + j, 0, IN_HEIGHT - 1), 0);
+            if (inside) {
+#pragma unroll
+                for (int i = 0; i < VECTORS; ++i)
+                    filtered[i] += along_y[j] * LOAD16(in, line + IN_STRIDE * (first_column + 4 * i));
+            } else {
+                for (int i = 0; i < VECTORS; ++i) {
+                    const int4 columns = clamp(first_column + 4 * i + (int4)(0, 1, 2, 3), 0, IN_WIDTH - 1);
+                    filtered[i] += along_y[j] * (float16)(LOAD4(in, line + IN_STRIDE * columns.s0),
+                                                          LOAD4(in, line + IN_STRIDE * columns.s1),
+                                                          LOAD4(in, line + IN_STRIDE * columns.s2),
+                                                          LOAD4(in, line + IN_STRIDE * columns.s3));
+                }
+            }
+        }
+        const float4* source = (const float4*)filtered;
+        for (int i = 0; i < pixels; ++i) {
+            float4 sum = along_x[i][0] * source[place[i]];
+#pragma unroll
+            for (int tap = 1; tap < TAPS; ++tap) sum = MAD(along_x[i][tap], source[place[i] + tap], sum);
+            STORE3(clamp(sum, 0.0f, 1.0f).xyz, out, AT(OUT, x0 + i, y0 + row, 0));
+        }
+    }
+}
+#endif

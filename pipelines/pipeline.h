@@ -29,7 +29,11 @@ std::span<const FilterPipeline> filters();
 
 // One folder each.
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_nearest(double scale, Size render, Size output);
 graph::Graph build_bilinear(double scale, Size render, Size output);
 graph::Graph build_bicubic(double scale, Size render, Size output);
+graph::Graph build_lanczos(double scale, Size render, Size output);
 
 }  // namespace clarus::pipelines

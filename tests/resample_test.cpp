@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "operator_harness.h"
 
@@ -20,20 +21,45 @@ double keys(double x) {
     return x <= 1 ? 1.5 * x * x * x - 2.5 * x * x + 1 : -0.5 * x * x * x + 2.5 * x * x - 4 * x + 2;
 }
 
+/// Lanczos-3.
+double lanczos(double x) {
+    if (x == 0) return 1;
+    const double angle = std::numbers::pi * x;
+    return std::abs(x) >= 3 ? 0 : 3 * std::sin(angle) * std::sin(angle / 3) / (angle * angle);
+}
+
+/// Around index coordinate u: the taps' pixels, clamped to an axis of `size`, and their weights, which sum to 1.
+std::vector<std::pair<int, double>> taps_around(graph::Filter filter, double u, int size) {
+    if (filter == graph::Filter::nearest)
+        return {{std::clamp(static_cast<int>(std::floor(u + 0.501)), 0, size - 1), 1.0}};
+    const auto kernel = filter == graph::Filter::bilinear  ? triangle
+                        : filter == graph::Filter::bicubic ? keys
+                                                           : lanczos;
+    std::vector<std::pair<int, double>> taps;
+    double sum = 0;
+    for (int tap = static_cast<int>(std::floor(u)) - 2; tap <= std::floor(u) + 3; ++tap) {
+        taps.emplace_back(std::clamp(tap, 0, size - 1), kernel(u - tap));
+        sum += taps.back().second;
+    }
+    for (auto& [pixel, weight] : taps) weight /= sum;
+    return taps;
+}
+
 Planes expected_resampling(const Planes& image, const graph::Resample& resample, Size size, Vec2 jitter) {
     const graph::Shape& in = image.shape;
-    const auto kernel = resample.filter == graph::Filter::bicubic ? keys : triangle;
     return planes({in.channels, size.height, size.width}, [&](int c, int x, int y) {
         const double u = (x + 0.5) / resample.scale - 0.5 - jitter.x;
         const double v = (y + 0.5) / resample.scale - 0.5 - jitter.y;
         double sum = 0;
-        for (int row = static_cast<int>(std::floor(v)) - 1; row <= std::floor(v) + 2; ++row)
-            for (int column = static_cast<int>(std::floor(u)) - 1; column <= std::floor(u) + 2; ++column)
-                sum += kernel(u - column) * kernel(v - row) *
-                       image.at(c, std::clamp(column, 0, in.width - 1), std::clamp(row, 0, in.height - 1));
-        return static_cast<float>(sum);
+        for (const auto& [row, row_weight] : taps_around(resample.filter, v, in.height))
+            for (const auto& [column, column_weight] : taps_around(resample.filter, u, in.width))
+                sum += row_weight * column_weight * image.at(c, column, row);
+        return static_cast<float>(std::clamp(sum, 0.0, 1.0));
     });
 }
+
+constexpr auto kFilters = {graph::Filter::nearest, graph::Filter::bilinear, graph::Filter::bicubic,
+                           graph::Filter::lanczos};
 
 void check_resampling(graph::Shape in, graph::Resample resample, Storage storage, int block = 1) {
     CAPTURE(resample.scale);
@@ -45,10 +71,17 @@ void check_resampling(graph::Shape in, graph::Resample resample, Storage storage
     runtime::FrameConstants frame;
     frame.jitter_x = 0.375f;
     frame.jitter_y = -0.71875f;
-    const Planes expected = expected_resampling(image, resample, size, {frame.jitter_x, frame.jitter_y});
+    frame.motion_jitter_x = 0.25f;
+    frame.motion_jitter_y = 0.125f;
+    Vec2 jitter{0, 0};
+    if (resample.shift == graph::Shift::jitter) jitter = {frame.jitter_x, frame.jitter_y};
+    if (resample.shift == graph::Shift::motion_jitter) jitter = {frame.motion_jitter_x, frame.motion_jitter_y};
+    const Planes expected = expected_resampling(image, resample, size, jitter);
     runtime::Problem problem;
     problem.node = {resample, {}, expected.shape, "resample"};
-    problem.inputs = {part_layout(in, storage, 1, 7, 2)};
+    // As images come from ingest, or as a part of something.
+    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels == 3 ? 4 : in.channels + 4, 0)
+                                 : part_layout(in, storage, 1, 7, 2)};
     problem.output = block == 1 ? pixel_layout(expected.shape, storage)
                                 : part_layout(expected.shape, storage, block, 3 * block * block + 8, 4);
     check_operator(problem, {image}, frame, expected, 2 * storage_tolerance(storage));
@@ -56,19 +89,27 @@ void check_resampling(graph::Shape in, graph::Resample resample, Storage storage
 
 }  // namespace
 
-TEST_CASE("bilinear and bicubic at any scale") {
-    for (const auto filter : {graph::Filter::bilinear, graph::Filter::bicubic}) {
+TEST_CASE("filters at any scale") {
+    for (const auto filter : kFilters) {
         check_resampling({3, 14, 25}, {filter, 2}, Storage::f32, 2);
-        check_resampling({3, 13, 17}, {filter, 1.5}, Storage::f16);
+        check_resampling({3, 14, 91}, {filter, 2}, Storage::f32);
+        check_resampling({3, 13, 170}, {filter, 1.5}, Storage::f16);
         check_resampling({1, 2, 3500}, {filter, 1.7}, Storage::f32);  // far from the origin as accurate as near it
-        check_resampling({3, 11, 9}, {filter, 1}, Storage::f32);
-        check_resampling({3, 7, 10}, {filter, 10.0 / 3}, Storage::f32);
+        check_resampling({3, 2, 3500}, {filter, 1.7}, Storage::f32);
+        check_resampling({3, 11, 90}, {filter, 1}, Storage::f32);
+        check_resampling({3, 7, 40}, {filter, 10.0 / 3}, Storage::f32);
+        check_resampling({3, 9, 40}, {filter, 6}, Storage::f32);
+        check_resampling({5, 6, 7}, {filter, 3, graph::Shift::none}, Storage::f32);
+        check_resampling({3, 19, 37}, {filter, 2, graph::Shift::none}, Storage::f16);
+        check_resampling({3, 19, 37}, {filter, 3, graph::Shift::motion_jitter}, Storage::f32);
     }
 }
 
 TEST_SUITE("small") {
     TEST_CASE("filters of small images") {
-        check_resampling({3, 1, 1}, {graph::Filter::bicubic, 2}, Storage::f32);
-        check_resampling({3, 3, 4}, {graph::Filter::bilinear, 1.3}, Storage::f32);
+        for (const auto filter : kFilters) {
+            check_resampling({3, 1, 1}, {filter, 2}, Storage::f32);
+            check_resampling({3, 3, 4}, {filter, 1.3}, Storage::f32);
+        }
     }
 }

@@ -80,6 +80,9 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
+    options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
+    options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
+    options.sharpen = from.sharpen;
     return options;
 }
 

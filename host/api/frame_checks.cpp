@@ -73,6 +73,8 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
     if (options.output_format.type == ElementType::u8 && options.color_space == ColorSpace::linear)
         fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
+    if (!(options.sharpen >= 0 && options.sharpen <= 1))
+        fail(ErrorKind::invalid_argument, "options.sharpen: {}; must be from 0 to 1", options.sharpen);
     for (const std::string& view : options.views) {
         if (graph.views.contains(view)) continue;
         std::string names;

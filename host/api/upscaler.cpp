@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/build_graph.h"
+#include "api/effects.h"
 #include "api/frame_checks.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -55,7 +56,7 @@ struct Upscaler::State {
           render_size(render),
           output_size(scaled(render, model.scale())),
           options(std::move(used_options)),
-          graph(build_graph(model, render, output_size)),
+          graph(with_effects(build_graph(model, render, output_size), options)),
           tuner(device.context(), options.tuning) {
         check_options(options, graph);
         plan_with([&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });

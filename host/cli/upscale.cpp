@@ -40,6 +40,8 @@ struct UpscaleOptions {
     Precision precision = Precision::fp32;
     Tuning tuning = Tuning::stored;
     std::optional<Format> format;
+    Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
+    float sharpen = 0;
     std::vector<std::string> views;
     bool profile = false;
     std::filesystem::path trace, report;
@@ -86,6 +88,9 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     result.precision = options.precision;
     result.tuning = options.tuning;
     result.color_space = sequence.color_space;
+    result.antialias_input = options.antialias_input;
+    result.antialias = options.antialias;
+    result.sharpen = options.sharpen;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
     result.profile = options.profile || !options.trace.empty() || !options.report.empty();
@@ -265,6 +270,16 @@ void add_upscale_command(CLI::App& app) {
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->antialias, {{"mlaa", Antialiasing::mlaa}},
+                                           "Antialias what the model shows, morphologically");
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->antialias_input,
+                                           {{"mlaa", Antialiasing::mlaa}}, "Antialias the colour that the model sees");
+    command
+        .add_option("--sharpen", options->sharpen,
+                    "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")
+        ->type_name("BETA")
+        ->expected(0, 1)
+        ->default_str("0.15");
     command
         .add_option("--view", options->views,
                     "Also write what the pipeline saw inside, to DIR/views/NAME; `list` "

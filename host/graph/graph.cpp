@@ -48,8 +48,14 @@ Value Graph::upsample(Value image, int scale, Shift shift, std::string name) {
     return add(Upsample{scale, shift}, {image}, {in.channels, in.height * scale, in.width * scale}, std::move(name));
 }
 
-Value Graph::resample(Value color, Filter filter, double scale, Size size) {
-    return add(Resample{filter, scale}, {color}, {shape(color).channels, size.height, size.width}, "resample");
+Value Graph::upsample_motion(Value motion, int scale, std::string name) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2, "motion has two components");
+    return add(UpsampleMotion{scale}, {motion}, {2, in.height * scale, in.width * scale}, std::move(name));
+}
+
+Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift shift) {
+    return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
 }
 
 Value Graph::dilate(Value motion, Value depth, int scale) {
@@ -60,8 +66,8 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
                "dilate");
 }
 
-Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback,
-                  int fallback_scale) {
+Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+                  std::string name) {
     const Shape in = shape(image);
     const Shape motion = shape(block_motion);
     expect(motion.channels == 2 && motion.height == ceil_divide(in.height, motion_block) &&
@@ -71,7 +77,51 @@ Value Graph::warp(Value image, Value block_motion, int motion_block, Border bord
     expect(from.height * fallback_scale == in.height && from.width * fallback_scale == in.width &&
                from.channels <= in.channels,
            "the fallback covers the image");
-    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, "warp");
+    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, std::move(name));
+}
+
+Value Graph::pick(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "samples lie in whole tiles");
+    return add(Pick{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::place(Value image, Value samples, int scale, std::string name) {
+    const Shape in = shape(image), placed = shape(samples);
+    expect(placed == Shape{in.channels, in.height / scale, in.width / scale} && in.height % scale == 0 &&
+               in.width % scale == 0,
+           "a sample for each tile of the image");
+    return add(Place{scale}, {image, samples}, in, std::move(name));
+}
+
+Value Graph::average_pool(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "pooling divides the image");
+    return add(AveragePool{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::sharpen(Value image, float amount, std::string name) {
+    return add(Sharpen{amount}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::offset_mask(Value offsets, std::string name) {
+    const Shape in = shape(offsets);
+    expect(in.channels == 2, "offsets have two components");
+    return add(OffsetMask{}, {offsets}, {1, in.height, in.width}, std::move(name));
+}
+
+Value Graph::project(Value color, Value offsets, Value mask, Value interpolated, int scale, std::string name) {
+    const Shape result = shape(interpolated);
+    expect(shape(color) == Shape{result.channels, result.height / scale, result.width / scale} &&
+               shape(offsets) == Shape{2, result.height, result.width} &&
+               shape(mask) == Shape{1, result.height, result.width},
+           "offsets and mask cover the upsampled image");
+    return add(Project{scale}, {color, offsets, mask, interpolated}, result, std::move(name));
+}
+
+Value Graph::mlaa(Value image, std::string name) {
+    expect(shape(image).channels == 3, "colour is antialiased");
+    return add(Mlaa{}, {image}, shape(image), std::move(name));
 }
 
 Value Graph::space_to_depth(Value image, int scale) {
@@ -109,6 +159,7 @@ Value Graph::slice(Value image, int first, int count) {
 Value Graph::convolution(Value image, Parameters weights, Activation activation, std::string name) {
     const Shape in = shape(image);
     expect(weights.in_channels == in.channels, "a convolution's weights fit its input");
+    expect(weights.kernel % 2 == 1, "a convolution's kernel has a middle");
     const Shape result{weights.out_channels, in.height, in.width};
     parameters.push_back(std::move(weights));
     return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
@@ -130,14 +181,55 @@ Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::round(Value image, std::string name) {
+    return add(Pointwise{{{Step::Function::round, {0}}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::pointwise(Step::Function function, Value a, Value b, std::string name) {
+    expect(shape(a) == shape(b), "images have one shape");
+    return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, shape(a), std::move(name));
+}
+
+Value Graph::sum(Value a, Value b, std::string name) { return pointwise(Step::Function::sum, a, b, std::move(name)); }
+
+Value Graph::difference(Value a, Value b, std::string name) {
+    return pointwise(Step::Function::difference, a, b, std::move(name));
+}
+
+namespace {
+
+/// Products and sums of a separable filter's taps.
+double operations_an_element(Filter filter) {
+    switch (filter) {
+        case Filter::nearest:
+            return 0;
+        case Filter::bilinear:
+            return 7;
+        case Filter::bicubic:
+            return 31;
+        case Filter::lanczos:
+            return 71;
+    }
+    throw std::logic_error("unknown filter");
+}
+
+}  // namespace
+
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
-    if (const auto* convolution = std::get_if<Convolution>(&node.op))
-        return 2.0 * 9 * graph.parameters[convolution->parameters].in_channels * elements;
-    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op))
+    if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
+        const Parameters& parameters = graph.parameters[convolution->parameters];
+        return 2.0 * parameters.taps() * parameters.in_channels * elements;
+    }
+    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
+        std::holds_alternative<Warp>(node.op))
         return 7 * elements;  // four products, three sums
+    if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
+    if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
+    if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
+    if (std::holds_alternative<Project>(node.op)) return 3 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
-        return (resample->filter == Filter::bicubic ? 31 : 7) * elements;
+        return operations_an_element(resample->filter) * elements;
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
         return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
     return 0;

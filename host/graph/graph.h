@@ -35,10 +35,12 @@ struct Parameters {
     int in_channels = 0;
     int sets = 1;
     bool conditioned = false;         // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
-    std::vector<float> weights = {};  // [sets][out][in][3][3]
+    int kernel = 3;                   // pixels along each side, odd
+    std::vector<float> weights = {};  // [sets][out][in][kernel][kernel]
     std::vector<float> biases = {};   // [sets][out]
 
-    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * 9; }
+    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * taps(); }
+    int taps() const { return kernel * kernel; }
 };
 
 /// A fully connected layer, weights [out][in].
@@ -82,9 +84,18 @@ class Graph {
     void carry(Value previous, Value next);
 
     Value upsample(Value image, int scale, Shift shift, std::string name);
-    Value resample(Value color, Filter filter, double scale, Size output_size);
+    Value upsample_motion(Value motion, int scale, std::string name = "motion upsampling");
+    Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
     Value dilate(Value motion, Value depth, int scale);
-    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale);
+    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+               std::string name = "warp");
+    Value pick(Value image, int scale, std::string name);
+    Value place(Value image, Value samples, int scale, std::string name);
+    Value average_pool(Value image, int scale, std::string name);
+    Value sharpen(Value image, float amount, std::string name);
+    Value offset_mask(Value offsets, std::string name);
+    Value project(Value color, Value offsets, Value mask, Value interpolated, int scale, std::string name);
+    Value mlaa(Value image, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
     Value concat(std::vector<Value> inputs);
@@ -93,8 +104,12 @@ class Graph {
     Value sigmoid(Value image, std::string name);
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
+    Value round(Value image, std::string name);
+    Value sum(Value a, Value b, std::string name);
+    Value difference(Value a, Value b, std::string name);
 
   private:
+    Value pointwise(Step::Function function, Value a, Value b, std::string name);
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 

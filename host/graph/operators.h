@@ -34,12 +34,20 @@ struct Upsample {
     Shift shift;
 };
 
-enum class Filter { bilinear, bicubic };
+/// s · upsample(m, s, J_m). Input: motion. Result: 2 channels in HR pixels, NaN where an invalid vector counts: one of
+/// the four taps whose weight along each axis exceeds 10⁻³.
+struct UpsampleMotion {
+    int scale;
+};
 
-/// A filter without a network at any real scale, aware of the jitter. Input: colour.
+/// Filters without a network (pipelines/filters/README.md).
+enum class Filter { nearest, bilinear, bicubic, lanczos };
+
+/// An image by a filter at any real scale, clamped to [0, 1]. Input: an image of values in [0, 1].
 struct Resample {
     Filter filter;
     double scale;
+    Shift shift = Shift::jitter;
 };
 
 /// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.
@@ -60,6 +68,42 @@ struct Warp {
     int fallback_scale;
 };
 
+/// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
+struct Pick {
+    int scale;
+};
+/// place(I, x, s, J). Inputs: HR image, LR samples of as many channels.
+struct Place {
+    int scale;
+};
+/// avgpool_s. Input: image.
+struct AveragePool {
+    int scale;
+};
+
+/// MNSS's step 6: 3×3, −amount at the corners, 1 + 4 · amount in the middle, border clamp, the result clamped to [0,
+/// 1].
+struct Sharpen {
+    float amount;
+};
+
+/// SRPO's mask: where an offset, rounded half up, is not 0, blurred (Gaussian, σ = 1, radius 3, border zero). Input:
+/// raw offsets, 2 channels. Result: 1 channel.
+struct OffsetMask {};
+
+/// SRPO's steps 2 and 4: mask · O + (1 − mask) · interpolated, with O(X, Y) the colour at render pixel (⌊X/s⌋ + ox,
+/// ⌊Y/s⌋ + oy), clamped to the image. Inputs: colour, raw offsets (rounded half up here), mask, interpolated image.
+struct Project {
+    int scale;
+};
+
+/// Morphological antialiasing: see kernels/mlaa.cl. Input: image of 3 channels.
+struct Mlaa {};
+/// Neighbouring pixels that differ by as much in a channel have an edge between them: Reshetov compares four bits.
+inline constexpr float kMlaaThreshold = 1 / 16.0f;
+/// How far along an edge its end is looked for, in pixels.
+inline constexpr int kMlaaReach = 64;
+
 struct SpaceToDepth {
     int scale;
 };
@@ -76,7 +120,7 @@ struct Slice {
 
 enum class Activation { none, relu };
 
-/// conv(a→b), 3×3, "same". `parameters`: index into Graph::parameters.
+/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size.
 struct Convolution {
     int parameters;
     Activation activation;
@@ -85,9 +129,12 @@ struct Convolution {
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
 struct Step {
     enum class Function {
-        sigmoid,  // 1 / (1 + e^−a)
-        mix,      // c·a + (1 − c)·b
-        clamp,    // a clamped to [low, high]
+        sigmoid,     // 1 / (1 + e^−a)
+        mix,         // c·a + (1 − c)·b
+        clamp,       // a clamped to [low, high]
+        sum,         // a + b
+        difference,  // |a − b|
+        round,       // half up, ⌊a + ½⌋
     };
     Function function;
     std::vector<int> operands;
@@ -102,7 +149,8 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, Warp, SpaceToDepth, DepthToSpace,
-                              Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place, AveragePool,
+                 Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

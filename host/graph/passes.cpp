@@ -169,4 +169,22 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
     return result;
 }
 
+Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change) {
+    Graph result = graph;
+    result.nodes.clear();
+    std::vector<Value> renamed;
+    for (Node node : graph.nodes) {
+        for (Value& input : node.inputs) input = renamed[input];
+        const auto* input = std::get_if<Input>(&node.op);
+        const bool is_color = input && input->resource == Resource::color;
+        result.nodes.push_back(std::move(node));
+        const Value value = static_cast<Value>(result.nodes.size()) - 1;
+        renamed.push_back(is_color ? change(result, value) : value);
+    }
+    for (State& state : result.states) state = {renamed[state.previous], renamed[state.next]};
+    for (auto& [name, value] : result.views) value = renamed[value];
+    result.output = renamed[result.output];
+    return result;
+}
+
 }  // namespace clarus::graph

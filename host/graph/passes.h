@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "graph/graph.h"
 
 namespace clarus::graph {
@@ -13,5 +15,8 @@ Graph fuse_pointwise(const Graph& graph);
 /// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are
 /// forgotten.
 Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep);
+
+/// A graph in which what `change` adds to the colour input stands in the input's place.
+Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change);
 
 }  // namespace clarus::graph

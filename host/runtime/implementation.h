@@ -90,9 +90,17 @@ std::span<const Implementation> implementations(const graph::Node& node);
 // One function a file of runtime/implementations/.
 std::span<const Implementation> convolution_implementations();
 std::span<const Implementation> upsample_implementations();
+std::span<const Implementation> upsample_motion_implementations();
 std::span<const Implementation> resample_implementations();
 std::span<const Implementation> dilate_implementations();
 std::span<const Implementation> warp_implementations();
+std::span<const Implementation> pick_implementations();
+std::span<const Implementation> place_implementations();
+std::span<const Implementation> average_pool_implementations();
+std::span<const Implementation> sharpen_implementations();
+std::span<const Implementation> offset_mask_implementations();
+std::span<const Implementation> project_implementations();
+std::span<const Implementation> mlaa_implementations();
 std::span<const Implementation> pointwise_implementations();
 
 }  // namespace clarus::runtime

@@ -7,12 +7,15 @@ namespace {
 
 graph::Graph build(graph::Filter filter, double scale, Size render, Size output) {
     graph::Graph graph;
-    const graph::Value color = graph.input(graph::Resource::color, render);
-    graph.output = graph.clamp(graph.resample(color, filter, scale, output), 0, 1, "clamp");
+    graph.output = graph.resample(graph.input(graph::Resource::color, render), filter, scale, output);
     return graph;
 }
 
 }  // namespace
+
+graph::Graph build_nearest(double scale, Size render, Size output) {
+    return build(graph::Filter::nearest, scale, render, output);
+}
 
 graph::Graph build_bilinear(double scale, Size render, Size output) {
     return build(graph::Filter::bilinear, scale, render, output);
@@ -20,6 +23,10 @@ graph::Graph build_bilinear(double scale, Size render, Size output) {
 
 graph::Graph build_bicubic(double scale, Size render, Size output) {
     return build(graph::Filter::bicubic, scale, render, output);
+}
+
+graph::Graph build_lanczos(double scale, Size render, Size output) {
+    return build(graph::Filter::lanczos, scale, render, output);
 }
 
 }  // namespace clarus::pipelines

@@ -51,6 +51,8 @@ typedef struct clarus_options {
     float motion_scale_x, motion_scale_y;
     int motion_jittered, motion_sampled_at_jitter;
     clarus_format color_format, depth_format, motion_format, output_format;
+    int antialias_input, antialias; /* 0: none, 1: morphological, of the model's input and output */
+    float sharpen;                  /* of the output, from 0 (off) to 1 */
 } clarus_options;
 
 typedef struct clarus_image {

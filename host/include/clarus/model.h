@@ -18,7 +18,7 @@ class Model {
     /// A `.safetensors` file (formats.md, "A model"). Errors: file, naming the tensor or key and what was expected.
     static Model load(const std::string& path);
 
-    /// A filter without a network: "bilinear", "bicubic". `scale` is any real number from 1 to 8.
+    /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos". `scale` is any real number from 1 to 8.
     static Model filter(const std::string& name, double scale);
 
     /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.

@@ -38,6 +38,9 @@ struct MotionEncoding {
     bool sampled_at_jitter = false;  // rasterised with jitter; false: values belong to pixel centres
 };
 
+/// Antialiasing of images with one sample a pixel: `mlaa` is morphological (Reshetov 2009).
+enum class Antialiasing { none, mlaa };
+
 /// Settings that hold for a whole run.
 struct UpscalerOptions {
     Precision precision = Precision::fp32;
@@ -45,10 +48,14 @@ struct UpscalerOptions {
     ColorSpace color_space = ColorSpace::srgb;
     DepthEncoding depth;
     MotionEncoding motion;
-    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
-    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
-    ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
-    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    ImageFormat color_format{ElementType::f32, 3};      // ≥ 3 channels
+    ImageFormat depth_format{ElementType::f32, 1};      // ≥ 1 channel
+    ImageFormat motion_format{ElementType::f32, 2};     // ≥ 2 channels; f16 or f32
+    ImageFormat output_format{ElementType::f32, 3};     // 3 channels, or 4 with alpha 1
+    Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
+    Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
+    float sharpen =
+        0;  // of the output, last: β of MNSS's step 6, from 0 (off) to 1; what the model keeps stays as it is
     std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
     bool profile = false;            // time every stage with device events
 };

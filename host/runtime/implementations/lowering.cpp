@@ -16,6 +16,23 @@ std::string image_options(std::initializer_list<NamedLayout> images) {
     return options + (storage == Storage::f16 ? "-DSTORE_HALF" : "");
 }
 
+std::string shift_options(graph::Shift shift) {
+    switch (shift) {
+        case graph::Shift::none:
+            return "-DSHIFT_X=0.0f -DSHIFT_Y=0.0f";
+        case graph::Shift::jitter:
+            return "-DSHIFT_X=frame.jitter_x -DSHIFT_Y=frame.jitter_y";
+        case graph::Shift::motion_jitter:
+            return "-DSHIFT_X=frame.motion_jitter_x -DSHIFT_Y=frame.motion_jitter_y";
+    }
+    throw std::logic_error("unknown shift");
+}
+
+std::string scale_options(double scale) {
+    const auto nearest = static_cast<float>(scale);
+    return fmt::format("-DSCALE={:.9e}f -DSCALE_REST={:.9e}f", nearest, scale - nearest);
+}
+
 std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile) {
     const auto group = [](int x, int y) { return Choices{{"WG_X", x}, {"WG_Y", y}}; };
     // A CPU runs a group as a loop along the row in one thread.

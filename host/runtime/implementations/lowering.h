@@ -18,6 +18,11 @@ struct NamedLayout {
 /// The layouts of images of one storage as compiler options, and STORE_HALF where that is half.
 std::string image_options(std::initializer_list<NamedLayout> images);
 
+/// SHIFT_X and SHIFT_Y: the jitter as expressions in the kernel's `frame`.
+std::string shift_options(graph::Shift shift);
+/// SCALE and SCALE_REST: a real scale as the sum of two floats.
+std::string scale_options(double scale);
+
 /// "WG_X" and "WG_Y": work-groups that suit the device, the built-in one first.
 std::vector<Choices> group_choices(const Problem& problem, const DeviceProfile& profile);
 std::array<size_t, 2> group_size(const Choices& choices);

@@ -138,6 +138,12 @@ std::string expression(const Step& step, const std::vector<std::string>& operand
             // A NaN becomes the lower limit: it must not get into a state.
             return fmt::format("({1:.9e}f < {0}) ? (({0} < {2:.9e}f) ? {0} : ({3})({2:.9e}f)) : ({3})({1:.9e}f)",
                                operands[0], step.low, step.high, type);
+        case Step::Function::round:
+            return fmt::format("floor({} + 0.5f)", operands[0]);
+        case Step::Function::sum:
+            return fmt::format("{} + {}", operands[0], operands[1]);
+        case Step::Function::difference:
+            return fmt::format("fabs({} - {})", operands[0], operands[1]);
     }
     throw std::logic_error("unknown pointwise function");
 }

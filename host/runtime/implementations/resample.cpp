@@ -1,29 +1,70 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <stdexcept>
+
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
 namespace {
 
-Lowered lower(const Problem& problem, const Choices& choices) {
+constexpr int kStripPixels = 32, kStripRows = 8;
+
+/// Of a filter, along each axis.
+int taps(graph::Filter filter) {
+    switch (filter) {
+        case graph::Filter::nearest:
+            return 1;
+        case graph::Filter::bilinear:
+            return 2;
+        case graph::Filter::bicubic:
+            return 4;
+        case graph::Filter::lanczos:
+            return 6;
+    }
+    throw std::logic_error("unknown filter");
+}
+
+Lowered lower_plain(const Problem& problem, const Choices& choices) {
     const auto& resample = std::get<graph::Resample>(problem.node.op);
-    const auto scale = static_cast<float>(resample.scale);
     KernelCall call;
-    call.file = "resample";
-    call.entry = resample.filter == graph::Filter::bicubic ? "resample_bicubic" : "resample_bilinear";
+    call.file = call.entry = "resample";
     call.options =
-        fmt::format("{} -DSCALE={:.9e}f -DSCALE_REST={:.9e}f",
-                    image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}), scale, resample.scale - scale);
+        fmt::format("{} {} {} -DTAPS={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                    scale_options(resample.scale), shift_options(resample.shift), taps(resample.filter));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
 
+int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
+    const TensorLayout& in = problem.inputs[0];
+    const bool fits = in.channels == 3 && in.block == 1 && in.stride == 4 && problem.output.block == 1;
+    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+std::vector<Choices> strip_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
+
+Lowered lower_strips(const Problem& problem, const Choices& choices) {
+    const auto& resample = std::get<graph::Resample>(problem.node.op);
+    Lowered lowered = lower_plain(problem, choices);
+    KernelCall& call = lowered.call;
+    call.entry = "resample_strip";
+    // Whole parts of two coordinates are no farther apart than these are, rounded up; or one more by rounding errors.
+    const int apart = static_cast<int>(std::ceil((kStripPixels - 1) / resample.scale)) + 1;
+    const int span = apart + taps(resample.filter);
+    call.options += fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kStripPixels, kStripRows, span);
+    call.global = {call.global[0] / kStripPixels + (call.global[0] % kStripPixels > 0),
+                   call.global[1] / kStripRows + (call.global[1] % kStripRows > 0)};
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> resample_implementations() {
-    static const Implementation implementations[] = {{"resample", obvious, group_choices, lower}};
+    static const Implementation implementations[] = {{"resample strips", prefer_strips, strip_choices, lower_strips},
+                                                     {"resample", obvious, group_choices, lower_plain}};
     return implementations;
 }
 

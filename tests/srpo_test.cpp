@@ -1,0 +1,31 @@
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "golden_harness.h"
+
+using namespace clarus;
+using namespace clarus::test;
+
+namespace {
+
+constexpr double kTolerance = 2e-6;
+
+}  // namespace
+
+TEST_CASE("SRPO agrees with the PyTorch network" * doctest::test_suite("golden")) {
+    for (const char* name : {"srpo_x2", "srpo_x3", "srpo_x5_1x1"}) {
+        CAPTURE(name);
+        const Golden golden(name);
+        CHECK_FALSE(golden.model.needs_motion());
+        for (const double difference : run(golden).differences) CHECK(difference < kTolerance);
+    }
+}
+
+TEST_CASE("SRPO on the smallest image agrees with the PyTorch network" * doctest::test_suite("small")) {
+    for (const double difference : run(Golden("srpo_x5_1x1"), {}, 2).differences) CHECK(difference < kTolerance);
+}
+
+TEST_CASE("SRPO shows its offsets and mask" * doctest::test_suite("golden")) {
+    for (const char* name : {"srpo_x2", "srpo_x3"}) check_views(name, {"raw", "mask"}, 5 * kTolerance);
+}
