@@ -1,20 +1,22 @@
-// 3×3 convolution in register tiles, for devices with wide vectors: a work-item stages the input of ROWS rows of PIXELS
+// Convolution in register tiles, for devices with wide vectors: a work-item stages the input of ROWS rows of PIXELS
 // output pixels, zero outside the image, and keeps GROUP blocks of sixteen channels of one row's pixels in registers. A
 // step of the innermost loop is GROUP loads of weights, PIXELS broadcasts of an input, PIXELS · GROUP multiply–adds.
 //
-// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, ROWS, GROUP, WG_X, WG_Y (both 1: staging is not shared).
-// Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉).
-// A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then [group][tap][input channel][16 ·
-// blocks of the group].
+// Options: CIN, COUT, KERNEL (odd), ACTIVATION, layouts IN and OUT, PIXELS, ROWS, GROUP, WG_X, WG_Y (both 1: staging is
+// not shared). Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉). A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 +
+// KERNEL² · CIN) floats: biases, then [group][tap][input channel][16 · blocks of the group].
 
 #define OUT_BLOCKS ((COUT + 15) / 16)
 #define CHANNELS ((CIN + 3) / 4 * 4)
-#define PATCH_ROW ((PIXELS + 2) * CHANNELS)
+#define TAPS (KERNEL * KERNEL)
+#define PATCH_PIXELS (PIXELS + KERNEL - 1)
+#define PATCH_ROWS (ROWS + KERNEL - 1)
+#define PATCH_ROW (PATCH_PIXELS * CHANNELS)
 #define LINE (64 / (int)sizeof(storage))
 
 INLINE void stage(global const storage* in, int x, int y, local float* patch) {
-    for (int r = 0; r < ROWS + 2; ++r) {
-        for (int p = 0; p < PIXELS + 2; ++p, patch += CHANNELS) {
+    for (int r = 0; r < PATCH_ROWS; ++r) {
+        for (int p = 0; p < PATCH_PIXELS; ++p, patch += CHANNELS) {
             const int inside = INSIDE(IN, x + p, y + r), pixel = AT(IN, x + p, y + r, 0);
             int c = 0;
             for (; c + 16 <= CHANNELS; c += 16) {
@@ -29,12 +31,13 @@ INLINE void stage(global const storage* in, int x, int y, local float* patch) {
     }
 }
 
-// Ahead of its use, with each of the nine taps a share of what comes next: the pixels of the next row that will be
-// written, and once for all blocks, a new row of the strip below.
+// Ahead of its use, with each tap a share of what comes next: the pixels of the next row that will be written, and once
+// for all blocks, a new row of the strip below.
 INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int tap, int block,
                            int blocks) {
-    const int lines = ((PIXELS + 2) * IN_STRIDE / LINE + 9) / 9, pixels = (PIXELS + 8) / 9;
-    global const storage* below = in + AT(IN, x - 1, min(y + ROWS + 1, IN_HEIGHT - 1), 0) + tap * lines * LINE;
+    const int lines = (PATCH_PIXELS * IN_STRIDE / LINE + TAPS) / TAPS, pixels = (PIXELS + TAPS - 1) / TAPS;
+    global const storage* below =
+        in + AT(IN, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, IN_HEIGHT - 1), 0) + tap * lines * LINE;
     if (block == 0)
 #pragma unroll
         for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);
@@ -52,9 +55,9 @@ INLINE void convolve_row(global const storage* in, local const float* patch, glo
     for (int p = 0; p < PIXELS; ++p)
 #pragma unroll
         for (int o = 0; o < blocks; ++o) sum[p][o] = vload16(block + o, bias);
-    for (int ky = 0; ky < 3; ++ky) {
-        for (int kx = 0; kx < 3; ++kx) {
-            prefetch_share(in, out, x, y, 3 * ky + kx, block, blocks);
+    for (int ky = 0; ky < KERNEL; ++ky) {
+        for (int kx = 0; kx < KERNEL; ++kx) {
+            prefetch_share(in, out, x, y, KERNEL * ky + kx, block, blocks);
             local const float* tap = patch + ky * PATCH_ROW + kx * CHANNELS;
             for (int c = 0; c < CIN; ++c, weights += 16 * blocks)
 #pragma unroll
@@ -76,18 +79,18 @@ INLINE void convolve_row(global const storage* in, local const float* patch, glo
 INLINE void convolve(global const storage* in, local const float* patch, global const float* bias,
                      global const float* weights, global storage* out, int x, int y, int block, int blocks) {
     for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r)
-        convolve_row(in, patch + r * PATCH_ROW, bias, weights + block * 16 * 9 * CIN, out, x, y + r, block, blocks);
+        convolve_row(in, patch + r * PATCH_ROW, bias, weights + block * 16 * TAPS * CIN, out, x, y + r, block, blocks);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
                                                                              global const float* restrict packed,
                                                                              global storage* restrict out,
                                                                              uint packed_offset) {
-    local float patch[(ROWS + 2) * PATCH_ROW] __attribute__((aligned(64)));
+    local float patch[PATCH_ROWS * PATCH_ROW] __attribute__((aligned(64)));
     const int x = (int)get_global_id(1) * PIXELS, y = (int)get_global_id(0) * ROWS;
     global const float* bias = packed + packed_offset;
     global const float* weights = bias + 16 * OUT_BLOCKS;
-    stage(in, x - 1, y - 1, patch);
+    stage(in, x - KERNEL / 2, y - KERNEL / 2, patch);
     int block = 0;
     for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(in, patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
@@ -101,7 +104,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
     packed += packed_offset;
     if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
     const int before = co / 16 / GROUP * GROUP, width = 16 * min(GROUP, OUT_BLOCKS - before);
-    packed += 16 * OUT_BLOCKS + before * 16 * 9 * CIN + ci * width + co - 16 * before;
-    for (int tap = 0; tap < 9; ++tap)
-        packed[tap * CIN * width] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
+    packed += 16 * OUT_BLOCKS + before * 16 * TAPS * CIN + ci * width + co - 16 * before;
+    for (int tap = 0; tap < TAPS; ++tap)
+        packed[tap * CIN * width] = co < COUT ? weights[weights_offset + (co * CIN + ci) * TAPS + tap] : 0;
 }

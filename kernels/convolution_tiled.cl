@@ -1,17 +1,19 @@
-// 3×3 convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages
-// the tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that
-// neighbouring work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the
-// same for all work-items at any time, so that a device may read them once for all.
+// Convolution for devices with many work-items: a group computes a tile of WG_X · PIXELS by WG_Y pixels. It stages the
+// tile's input, CHUNK channels at a time and zero outside the image, in local memory as planes, so that neighbouring
+// work-items read neighbouring words; each sums PIXELS pixels of sixteen output channels. Weights are the same for all
+// work-items at any time, so that a device may read them once for all.
 //
-// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y; HALF for products
-// and a chunk's sums in half, which STORE_HALF and the device must have. Sums over chunks are in float: 72 terms lose
-// little in half, 576 would lose a digit. Work-items: (⌈width / PIXELS⌉, height). A set of packed weights takes the
-// room of 16 · ⌈COUT / 16⌉ · (1 + 9 · CIN) floats: biases, then operands as [block] [input channel][tap][16].
+// Options: CIN, COUT, KERNEL (odd), ACTIVATION, layouts IN and OUT, PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y; HALF
+// for products and a chunk's sums in half, which STORE_HALF and the device must have. Sums over chunks are in float: 72
+// terms lose little in half, 576 would lose a digit. Work-items: (⌈width / PIXELS⌉, height). A set of packed weights
+// takes the room of 16 · ⌈COUT / 16⌉ · (1 + KERNEL² · CIN) floats: biases, then operands as [block][input
+// channel][tap][16].
 
 #define OUT_BLOCKS ((COUT + 15) / 16)
 #define TILE_WIDTH (WG_X * PIXELS)
-#define PATCH_WIDTH (TILE_WIDTH + 2)
-#define PLANE ((WG_Y + 2) * PATCH_WIDTH)
+#define TAPS (KERNEL * KERNEL)
+#define PATCH_WIDTH (TILE_WIDTH + KERNEL - 1)
+#define PLANE ((WG_Y + KERNEL - 1) * PATCH_WIDTH)
 
 #ifdef HALF
 #pragma OPENCL EXTENSION cl_khr_fp16 : enable
@@ -44,9 +46,9 @@ INLINE void stage(global const storage* in, int x, int y, int first, local opera
 // Adds what `channels` channels of the patch contribute; `pixel` is the corner of the work-item's first pixel's taps.
 INLINE void add_chunk(local const operand* pixel, int channels, global const operand* weight, operand16* sum) {
     for (int c = 0; c < channels; ++c)
-        for (int tap = 0; tap < 9; ++tap, weight += 16) {
+        for (int tap = 0; tap < TAPS; ++tap, weight += 16) {
             const operand16 w = vload16(0, weight);
-            local const operand* v = pixel + c * PLANE + tap / 3 * PATCH_WIDTH + tap % 3;
+            local const operand* v = pixel + c * PLANE + tap / KERNEL * PATCH_WIDTH + tap % KERNEL;
 #pragma unroll
             for (int p = 0; p < PIXELS; ++p) sum[p] = MAD((operand16)(v[p * WG_X]), w, sum[p]);
         }
@@ -61,15 +63,15 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
     const int lx = get_local_id(0), ly = get_local_id(1);
     global const float* bias = packed + packed_offset;
     global const operand* weights = (global const operand*)(bias + 16 * OUT_BLOCKS);
-    for (int block = 0; block < OUT_BLOCKS; ++block, weights += 16 * 9 * CIN) {
+    for (int block = 0; block < OUT_BLOCKS; ++block, weights += 16 * TAPS * CIN) {
         float16 sum[PIXELS];
 #pragma unroll
         for (int p = 0; p < PIXELS; ++p) sum[p] = vload16(block, bias);
         for (int first = 0; first < CIN; first += CHUNK) {
             const int channels = min(CHUNK, CIN - first);
-            global const operand* weight = weights + 16 * 9 * first;
+            global const operand* weight = weights + 16 * TAPS * first;
             barrier(CLK_LOCAL_MEM_FENCE);
-            stage(in, tile_x - 1, tile_y - 1, first, patch);
+            stage(in, tile_x - KERNEL / 2, tile_y - KERNEL / 2, first, patch);
             barrier(CLK_LOCAL_MEM_FENCE);
 #ifdef HALF
             half16 part[PIXELS];
@@ -98,7 +100,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
     const int ci = get_global_id(0), co = get_global_id(1);
     packed += packed_offset;
     if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
-    global operand* to = (global operand*)(packed + 16 * OUT_BLOCKS) + (co / 16 * CIN + ci) * 144 + co % 16;
-    for (int tap = 0; tap < 9; ++tap)
-        to[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * 9 + tap] : 0;
+    global operand* to = (global operand*)(packed + 16 * OUT_BLOCKS) + (co / 16 * CIN + ci) * 16 * TAPS + co % 16;
+    for (int tap = 0; tap < TAPS; ++tap)
+        to[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * TAPS + tap] : 0;
 }

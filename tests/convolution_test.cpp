@@ -14,11 +14,11 @@ using runtime::Storage;
 
 namespace {
 
-graph::Parameters random_parameters(int out_channels, int in_channels, int sets, std::mt19937& random) {
+graph::Parameters random_parameters(int out_channels, int in_channels, int kernel, int sets, std::mt19937& random) {
     // Results are of the order of 1.
-    const float largest = 2 / std::sqrt(9.0f * in_channels);
+    const float largest = 2 / (kernel * std::sqrt(static_cast<float>(in_channels)));
     std::uniform_real_distribution<float> weight(-largest, largest), bias(-0.5f, 0.5f);
-    graph::Parameters parameters{out_channels, in_channels, sets, sets > 1};
+    graph::Parameters parameters{out_channels, in_channels, sets, sets > 1, kernel};
     parameters.weights.resize(parameters.weights_per_set() * sets);
     parameters.biases.resize(static_cast<size_t>(out_channels) * sets);
     for (float& value : parameters.weights) value = weight(random);
@@ -30,15 +30,16 @@ graph::Parameters random_parameters(int out_channels, int in_channels, int sets,
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
                             graph::Activation activation) {
     const auto [channels, height, width] = image.shape;
+    const int size = parameters.kernel;
     return planes({parameters.out_channels, height, width}, [&](int out, int x, int y) -> float {
         double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
         for (int in = 0; in < channels; ++in) {
-            for (int ky = 0; ky < 3; ++ky) {
-                for (int kx = 0; kx < 3; ++kx) {
-                    const int px = x + kx - 1, py = y + ky - 1;
+            for (int ky = 0; ky < size; ++ky) {
+                for (int kx = 0; kx < size; ++kx) {
+                    const int px = x + kx - size / 2, py = y + ky - size / 2;
                     if (px < 0 || px >= width || py < 0 || py >= height) continue;
                     const size_t weight = parameters.weights_per_set() * set +
-                                          ((static_cast<size_t>(out) * channels + in) * 3 + ky) * 3 + kx;
+                                          ((static_cast<size_t>(out) * channels + in) * size + ky) * size + kx;
                     sum += double(image.at(in, px, py)) * parameters.weights[weight];
                 }
             }
@@ -53,6 +54,7 @@ struct Case {
     graph::Activation activation = graph::Activation::relu;
     Storage storage = Storage::f32;
     bool views = false;  // the images are parts of larger ones
+    int kernel = 3;
 };
 
 runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
@@ -90,10 +92,11 @@ void visit_implementations(const runtime::Problem& problem, bool all_choices, Vi
 void check_convolution(const Case& test, bool all_choices = false) {
     CAPTURE(test.in_channels);
     CAPTURE(test.out_channels);
+    CAPTURE(test.kernel);
     CAPTURE(test.size.width);
     CAPTURE(test.size.height);
     std::mt19937 random(7);
-    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 2, random);
+    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes image =
         rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
@@ -129,6 +132,15 @@ TEST_CASE("convolutions with any number of channels") {
     check_convolution({4, 28, {5, 3}, graph::Activation::none});
 }
 
+TEST_CASE("convolutions with kernels of any odd size") {
+    for (const int kernel : {1, 5, 7, 9}) {
+        check_convolution({3, 16, {37, 21}, graph::Activation::relu, Storage::f32, false, kernel});
+        check_convolution({18, 35, {19, 5}, graph::Activation::none, Storage::f16, true, kernel});
+    }
+    check_convolution({16, 16, {61, 11}, graph::Activation::relu, Storage::f32, false, 5}, true);
+    check_convolution({16, 33, {61, 11}, graph::Activation::relu, Storage::f16, false, 5}, true);
+}
+
 TEST_CASE("convolutions between views, and stored in half") {
     check_convolution({22, 20, {37, 21}, graph::Activation::none, Storage::f32, true});
     check_convolution({16, 45, {37, 21}, graph::Activation::relu, Storage::f16});
@@ -146,13 +158,14 @@ TEST_SUITE("small") {
         check_convolution({3, 5, {1, 1}});
         check_convolution({22, 16, {7, 1}});
         check_convolution({16, 20, {9, 6}});
+        check_convolution({3, 5, {2, 1}, graph::Activation::relu, Storage::f32, false, 5});
     }
 }
 
 TEST_CASE("a value that is not finite spreads no farther than it must") {
     std::mt19937 random(9);
     const Case test{5, 20, {23, 14}, graph::Activation::none};
-    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 1, random);
+    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 1, random);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
     const Planes expected = expected_convolution(clean, parameters, 0, test.activation);

@@ -109,6 +109,7 @@ Value Graph::slice(Value image, int first, int count) {
 Value Graph::convolution(Value image, Parameters weights, Activation activation, std::string name) {
     const Shape in = shape(image);
     expect(weights.in_channels == in.channels, "a convolution's weights fit its input");
+    expect(weights.kernel % 2 == 1, "a convolution's kernel has a middle");
     const Shape result{weights.out_channels, in.height, in.width};
     parameters.push_back(std::move(weights));
     return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
@@ -151,8 +152,10 @@ double operations_an_element(Filter filter) {
 
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
-    if (const auto* convolution = std::get_if<Convolution>(&node.op))
-        return 2.0 * 9 * graph.parameters[convolution->parameters].in_channels * elements;
+    if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
+        const Parameters& parameters = graph.parameters[convolution->parameters];
+        return 2.0 * parameters.taps() * parameters.in_channels * elements;
+    }
     if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op))
         return 7 * elements;  // four products, three sums
     if (const auto* resample = std::get_if<Resample>(&node.op))

@@ -35,10 +35,12 @@ struct Parameters {
     int in_channels = 0;
     int sets = 1;
     bool conditioned = false;         // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
-    std::vector<float> weights = {};  // [sets][out][in][3][3]
+    int kernel = 3;                   // pixels along each side, odd
+    std::vector<float> weights = {};  // [sets][out][in][kernel][kernel]
     std::vector<float> biases = {};   // [sets][out]
 
-    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * 9; }
+    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * taps(); }
+    int taps() const { return kernel * kernel; }
 };
 
 /// A fully connected layer, weights [out][in].

@@ -78,7 +78,7 @@ struct Slice {
 
 enum class Activation { none, relu };
 
-/// conv(a→b), 3×3, "same". `parameters`: index into Graph::parameters.
+/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size.
 struct Convolution {
     int parameters;
     Activation activation;

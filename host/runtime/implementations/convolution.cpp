@@ -19,10 +19,10 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string file, 
     KernelCall& call = lowered.call;
     call.file = std::move(file);
     call.entry = "convolution";
-    call.options = fmt::format("{} -DCIN={} -DCOUT={} -DACTIVATION={}",
+    call.options = fmt::format("{} -DCIN={} -DCOUT={} -DKERNEL={} -DACTIVATION={}",
                                image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
                                problem.parameters->in_channels, problem.parameters->out_channels,
-                               convolution.activation == graph::Activation::relu ? 1 : 0);
+                               problem.parameters->kernel, convolution.activation == graph::Activation::relu ? 1 : 0);
     for (const auto& [name, value] : choices)
         if (name != "WG_X" && name != "WG_Y") call.options += fmt::format(" -D{}={}", name, value);
     call.arguments = {{ArgumentKind::input, 0},
@@ -38,10 +38,11 @@ Packing packing(const Problem& problem, int out_channels, size_t floats) {
     return {"pack", {static_cast<size_t>(problem.parameters->in_channels), static_cast<size_t>(out_channels)}, floats};
 }
 
-/// Biases and nine taps for whole blocks of output channels.
+/// Biases and taps for whole blocks of output channels.
 Packing packing_in_blocks(const Problem& problem) {
     const int out_channels = kBlock * blocks_of(problem);
-    return packing(problem, out_channels, size_t(out_channels) * (1 + 9 * problem.parameters->in_channels));
+    return packing(problem, out_channels,
+                   size_t(out_channels) * (1 + problem.parameters->taps() * problem.parameters->in_channels));
 }
 
 bool is_plain_image(const Problem& problem) { return problem.inputs[0].block == 1; }
@@ -55,8 +56,7 @@ bool wants_many_work_items(const DeviceProfile& profile) {
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     Lowered lowered = lower(problem, choices, "convolution_plain", pixels(problem.output));
     const graph::Parameters& parameters = *problem.parameters;
-    lowered.packing =
-        packing(problem, parameters.out_channels, size_t(parameters.out_channels) * (1 + 9 * parameters.in_channels));
+    lowered.packing = packing(problem, parameters.out_channels, parameters.out_channels + parameters.weights_per_set());
     return lowered;
 }
 
@@ -64,12 +64,14 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 
 std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
     constexpr int kChunk = 8;
-    const bool half = problem.inputs[0].storage == Storage::f16 && profile.half_arithmetic;
+    const int margin = problem.parameters->kernel - 1;
+    // A larger kernel's chunk would be too many terms to sum in half.
+    const bool half = problem.inputs[0].storage == Storage::f16 && profile.half_arithmetic && margin <= 2;
     std::vector<Choices> result;
     for (const size_t operand : half ? std::vector<size_t>{2, 4} : std::vector<size_t>{4}) {
         for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
             for (const int pixels_each : {4, 2}) {
-                const size_t patch = operand * kChunk * (width * pixels_each + 2) * (height + 2);
+                const size_t patch = operand * kChunk * (width * pixels_each + margin) * (height + margin);
                 const size_t work_items = static_cast<size_t>(width) * height;
                 if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
                 Choices choices{{"WG_X", width}, {"WG_Y", height}, {"PIXELS", pixels_each}, {"CHUNK", kChunk}};
@@ -105,10 +107,11 @@ std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile&
                                                          ? std::vector<RegisterTile>{{16, 1}, {20, 1}}
                                                          : std::vector<RegisterTile>{{12, 2}, {10, 2}};
     const size_t channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+    const int margin = problem.parameters->kernel - 1;
     std::vector<Choices> result;
     for (const auto& [pixels_each, group] : register_tiles) {
         for (const int rows : {4, 2, 1}) {
-            if (sizeof(float) * channels * (rows + 2) * (pixels_each + 2) > profile.local_memory) continue;
+            if (sizeof(float) * channels * (rows + margin) * (pixels_each + margin) > profile.local_memory) continue;
             result.push_back({{"PIXELS", pixels_each}, {"ROWS", rows}, {"GROUP", group}});
             break;
         }
@@ -158,6 +161,7 @@ struct WinogradChannels {
 std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfile& profile) {
     const WinogradChannels channels(*problem.parameters);
     std::vector<Choices> result;
+    if (problem.parameters->kernel != 3) return result;
     for (const auto& [tiles, most] : {std::pair{8, 2}, {12, 2}, {8, 3}, {4, 1}}) {
         const Choices choice{{"TILES", tiles}, {"GROUP", std::clamp(channels.out_blocks, 1, most)}};
         const bool known = std::find(result.begin(), result.end(), choice) != result.end();
