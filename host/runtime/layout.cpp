@@ -38,7 +38,7 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     const Node& node = graph.nodes[value];
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
-    return is<graph::Dilate>(node) ? Storage::f32 : images;
+    return is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) ? Storage::f32 : images;
 }
 
 /// A use that cannot be served by a view: input `position` of `user` must be copied.

@@ -49,6 +49,7 @@ struct UpscalerOptions {
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    std::optional<float> sharpness;  // fsr1: how much it sharpens, from 0, not at all, to 1; 0.87 unless told
     std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
     bool profile = false;            // time every stage with device events
 };

@@ -9,6 +9,12 @@ struct ByOperator {
     }
     std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
+    std::span<const Implementation> operator()(const graph::Easu&) const { return easu_implementations(); }
+    std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
+    std::span<const Implementation> operator()(const graph::ForemostMotion&) const {
+        return foremost_motion_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Accumulate&) const { return accumulate_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
