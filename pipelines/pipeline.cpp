@@ -5,6 +5,7 @@ namespace clarus::pipelines {
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
         {"enss", 2, 4, true, build_enss},
+        {"mnss", 2, 3, true, build_mnss},
         {"stack", 1, 8, false, build_stack},
     };
     return all;

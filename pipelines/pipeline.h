@@ -36,6 +36,7 @@ std::span<const FilterPipeline> filters();
 
 // One folder each.
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render);
 graph::Graph build_stack(const io::Safetensors& model, int scale, Size render);
 graph::Graph build_nearest(const FilterSettings& settings);
 graph::Graph build_bilinear(const FilterSettings& settings);

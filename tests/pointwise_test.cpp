@@ -27,6 +27,10 @@ double evaluate(const Step& step, const std::vector<double>& values) {
             const double a = values[step.operands[0]];
             return a > step.low ? std::min<double>(a, step.high) : step.low;
         }
+        case Step::Function::sum:
+            return values[step.operands[0]] + values[step.operands[1]];
+        case Step::Function::difference:
+            return std::abs(values[step.operands[0]] - values[step.operands[1]]);
     }
     return kNan;
 }
@@ -134,6 +138,14 @@ TEST_CASE("a clamp lets no NaN through") {
     check_pointwise(clamp, {images}, {{4, 1, 4, 0}}, {4, 1, 5, 1}, 1e-6f);
     check_pointwise(clamp, {images}, {{4, 1, 4, 0}}, {4, 2, 24, 3}, 1e-6f);
     check_pointwise(clamp, {images}, {{4, 2, 16, 0}}, {4, 2, 16, 0}, 1e-6f);
+}
+
+TEST_CASE("sums and differences of images") {
+    std::mt19937 random(5);
+    const std::vector<Planes> images = {random_planes({3, 12, 24}, random, -3, 3),
+                                        random_planes({3, 12, 24}, random, -3, 3)};
+    const graph::Pointwise program{{{Step::Function::sum, {0, 1}}, {Step::Function::difference, {2, 1}}}, {2, 3}};
+    check_pointwise(program, images, {{3, 1, 3, 0}, {3, 2, 12, 0}}, {6, 1, 8, 1}, 1e-6f);
 }
 
 TEST_CASE("a program without steps copies between layouts and storages") {

@@ -50,6 +50,12 @@ Value Graph::upsample(Value image, int scale, Shift shift, std::string name) {
     return add(Upsample{scale, shift}, {image}, {in.channels, in.height * scale, in.width * scale}, std::move(name));
 }
 
+Value Graph::upsample_motion(Value motion, int scale, std::string name) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2, "motion has two components");
+    return add(UpsampleMotion{scale}, {motion}, {2, in.height * scale, in.width * scale}, std::move(name));
+}
+
 Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift shift) {
     return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
 }
@@ -85,8 +91,8 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
                "dilate");
 }
 
-Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback,
-                  int fallback_scale) {
+Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+                  std::string name) {
     const Shape in = shape(image);
     const Shape motion = shape(block_motion);
     expect(motion.channels == 2 && motion.height == ceil_divide(in.height, motion_block) &&
@@ -96,7 +102,31 @@ Value Graph::warp(Value image, Value block_motion, int motion_block, Border bord
     expect(from.height * fallback_scale == in.height && from.width * fallback_scale == in.width &&
                from.channels <= in.channels,
            "the fallback covers the image");
-    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, "warp");
+    return add(Warp{border, motion_block, fallback_scale}, {image, block_motion, fallback}, in, std::move(name));
+}
+
+Value Graph::pick(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "samples lie in whole tiles");
+    return add(Pick{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::place(Value image, Value samples, int scale, std::string name) {
+    const Shape in = shape(image), placed = shape(samples);
+    expect(placed == Shape{in.channels, in.height / scale, in.width / scale} && in.height % scale == 0 &&
+               in.width % scale == 0,
+           "a sample for each tile of the image");
+    return add(Place{scale}, {image, samples}, in, std::move(name));
+}
+
+Value Graph::average_pool(Value image, int scale, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % scale == 0 && in.width % scale == 0, "pooling divides the image");
+    return add(AveragePool{scale}, {image}, {in.channels, in.height / scale, in.width / scale}, std::move(name));
+}
+
+Value Graph::sharpen(Value image, float amount, std::string name) {
+    return add(Sharpen{amount}, {image}, shape(image), std::move(name));
 }
 
 Value Graph::space_to_depth(Value image, int scale) {
@@ -168,7 +198,7 @@ Value Graph::prelu(Value image, std::vector<float> slopes, std::string name) {
                std::move(name));
 }
 
-Value Graph::pointwise_of(Step::Function function, Value a, Value b, std::string name) {
+Value Graph::pointwise(Step::Function function, Value a, Value b, std::string name) {
     const Shape &left = shape(a), &right = shape(b);
     expect(left.height == right.height && left.width == right.width, "operands have one size");
     expect(left.channels == right.channels || left.channels == 1 || right.channels == 1, "operands have one shape");
@@ -176,12 +206,14 @@ Value Graph::pointwise_of(Step::Function function, Value a, Value b, std::string
     return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, result, std::move(name));
 }
 
-Value Graph::sum(Value a, Value b, std::string name) {
-    return pointwise_of(Step::Function::sum, a, b, std::move(name));
+Value Graph::sum(Value a, Value b, std::string name) { return pointwise(Step::Function::sum, a, b, std::move(name)); }
+
+Value Graph::difference(Value a, Value b, std::string name) {
+    return pointwise(Step::Function::difference, a, b, std::move(name));
 }
 
 Value Graph::product(Value a, Value b, std::string name) {
-    return pointwise_of(Step::Function::product, a, b, std::move(name));
+    return pointwise(Step::Function::product, a, b, std::move(name));
 }
 
 Value Graph::linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name) {
@@ -239,8 +271,11 @@ double operations(const Graph& graph, const Node& node) {
         const Parameters& parameters = graph.parameters[convolution->parameters];
         return 2.0 * parameters.taps() * parameters.in_channels / parameters.groups * elements;
     }
-    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<Warp>(node.op))
+    if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
+        std::holds_alternative<Warp>(node.op))
         return 7 * elements;  // four products, three sums
+    if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
+    if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
     if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels

@@ -86,13 +86,19 @@ class Graph {
     void carry(Value previous, Value next);
 
     Value upsample(Value image, int scale, Shift shift, std::string name);
+    Value upsample_motion(Value motion, int scale, std::string name);
     Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
-    Value dilate(Value motion, Value depth, int scale);
     Value easu(Value color, double scale, Size output_size);
     Value rcas(Value color, float sharpness);
     Value foremost_motion(Value motion, Value depth);
     Value accumulate(Value color, Value motion, Value history, double scale);
-    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale);
+    Value dilate(Value motion, Value depth, int scale);
+    Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
+               std::string name = "warp");
+    Value pick(Value image, int scale, std::string name);
+    Value place(Value image, Value samples, int scale, std::string name);
+    Value average_pool(Value image, int scale, std::string name);
+    Value sharpen(Value image, float amount, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
     Value concat(std::vector<Value> inputs);
@@ -106,6 +112,7 @@ class Graph {
     Value prelu(Value image, std::vector<float> slopes, std::string name);
     /// Where one of two has one channel, it serves every channel of the other.
     Value sum(Value a, Value b, std::string name);
+    Value difference(Value a, Value b, std::string name);
     Value product(Value a, Value b, std::string name);
     /// addend + Σ coefficients[i] · images[i]
     Value linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name);
@@ -115,7 +122,7 @@ class Graph {
     Value channel_sum(Value image, int groups, std::string name);
 
   private:
-    Value pointwise_of(Step::Function function, Value a, Value b, std::string name);
+    Value pointwise(Step::Function function, Value a, Value b, std::string name);
     Value across_channels(Step::Function function, Value image, int groups, int channels, std::string name);
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };

@@ -34,6 +34,12 @@ struct Upsample {
     Shift shift;
 };
 
+/// s · upsample(m, s, J_m). Input: motion. Result: 2 channels in HR pixels, NaN where an invalid vector counts: one of
+/// the four taps whose weight along each axis exceeds 10⁻³.
+struct UpsampleMotion {
+    int scale;
+};
+
 /// Filters without a network (pipelines/filters/README.md).
 enum class Filter { nearest, bilinear, bicubic, lanczos };
 
@@ -83,6 +89,25 @@ struct Warp {
     int fallback_scale;
 };
 
+/// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
+struct Pick {
+    int scale;
+};
+/// place(I, x, s, J). Inputs: HR image, LR samples of as many channels.
+struct Place {
+    int scale;
+};
+/// avgpool_s. Input: image.
+struct AveragePool {
+    int scale;
+};
+
+/// MNSS's step 6: 3×3, −amount at the corners, 1 + 4 · amount in the middle, border clamp, the result clamped to [0,
+/// 1].
+struct Sharpen {
+    float amount;
+};
+
 struct SpaceToDepth {
     int scale;
 };
@@ -114,6 +139,7 @@ struct Step {
         tanh,
         prelu,            // a where it is positive, else coefficient · a; a coefficient for each channel
         sum,              // a + b
+        difference,       // |a − b|
         product,          // a·b
         linear,           // addend + Σ coefficient · operand
         softmax,          // over each group of consecutive channels
@@ -137,7 +163,8 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Easu, Rcas, ForemostMotion, Accumulate,
-                              Dilate, Warp, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Easu, Rcas, ForemostMotion,
+                              Accumulate, Dilate, Warp, Pick, Place, AveragePool, Sharpen, SpaceToDepth, DepthToSpace,
+                              Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -90,6 +90,7 @@ std::span<const Implementation> implementations(const graph::Node& node);
 // One function a file of runtime/implementations/.
 std::span<const Implementation> convolution_implementations();
 std::span<const Implementation> upsample_implementations();
+std::span<const Implementation> upsample_motion_implementations();
 std::span<const Implementation> resample_implementations();
 std::span<const Implementation> easu_implementations();
 std::span<const Implementation> rcas_implementations();
@@ -97,6 +98,10 @@ std::span<const Implementation> foremost_motion_implementations();
 std::span<const Implementation> accumulate_implementations();
 std::span<const Implementation> dilate_implementations();
 std::span<const Implementation> warp_implementations();
+std::span<const Implementation> pick_implementations();
+std::span<const Implementation> place_implementations();
+std::span<const Implementation> average_pool_implementations();
+std::span<const Implementation> sharpen_implementations();
 std::span<const Implementation> pointwise_implementations();
 
 }  // namespace clarus::runtime

@@ -38,7 +38,9 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     const Node& node = graph.nodes[value];
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
-    return is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) ? Storage::f32 : images;
+    const bool is_motion =
+        is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) || is<graph::UpsampleMotion>(node);
+    return is_motion ? Storage::f32 : images;
 }
 
 /// A use that cannot be served by a view: input `position` of `user` must be copied.
@@ -102,8 +104,23 @@ class Placer {
             blocks.channels = shape.channels;
             blocks.block = space_to_depth->scale;
             if (home.block != 1 || !try_place(node.inputs[0], blocks)) return Conflict{value, 0};
+        } else if (is<graph::Place>(node)) {
+            if (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], home)) return Conflict{value, 0};
         }
         return std::nullopt;
+    }
+
+    /// Whether the value must still be there when `user` has run; one that is shown elsewhere may be.
+    bool is_needed_after(Value value, Value user) const {
+        for (Value other = 0; other < static_cast<Value>(graph_.nodes.size()); ++other) {
+            const Node& node = graph_.nodes[other];
+            const bool reads = std::find(node.inputs.begin(), node.inputs.end(), value) != node.inputs.end();
+            if (reads && (other > user || shows_another(node))) return true;
+        }
+        const auto is_value = [value](const auto& view) { return view.second == value; };
+        return value == graph_.output || std::any_of(graph_.views.begin(), graph_.views.end(), is_value) ||
+               std::any_of(graph_.states.begin(), graph_.states.end(),
+                           [value](const graph::State& state) { return state.next == value; });
     }
 
     bool try_place(Value value, const TensorLayout& layout) {

@@ -142,6 +142,8 @@ std::string expression(const Step& step, const std::vector<std::string>& operand
             return fmt::format("{0} > 0 ? {0} : {0} * {1:.9e}f", operands[0], step.coefficients[c]);
         case Step::Function::sum:
             return fmt::format("{} + {}", operands[0], operands[1]);
+        case Step::Function::difference:
+            return fmt::format("fabs({} - {})", operands[0], operands[1]);
         case Step::Function::product:
             return fmt::format("{} * {}", operands[0], operands[1]);
         case Step::Function::linear: {

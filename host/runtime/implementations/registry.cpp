@@ -8,6 +8,9 @@ struct ByOperator {
         return convolution_implementations();
     }
     std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
+    std::span<const Implementation> operator()(const graph::UpsampleMotion&) const {
+        return upsample_motion_implementations();
+    }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
     std::span<const Implementation> operator()(const graph::Easu&) const { return easu_implementations(); }
     std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
@@ -17,6 +20,12 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Accumulate&) const { return accumulate_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
+    std::span<const Implementation> operator()(const graph::Pick&) const { return pick_implementations(); }
+    std::span<const Implementation> operator()(const graph::Place&) const { return place_implementations(); }
+    std::span<const Implementation> operator()(const graph::AveragePool&) const {
+        return average_pool_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Sharpen&) const { return sharpen_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 
     // Written by ingest, carried over from the frame before, or views of another value's memory.

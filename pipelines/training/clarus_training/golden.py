@@ -39,10 +39,12 @@ CASES = {
     "mnss": {
         "mnss_x2": dict(scale=2, size=(13, 9)),
         "mnss_x3": dict(scale=3, size=(9, 7), jittered=True),
+        "mnss_x2_1x1": dict(scale=2, size=(1, 1)),
     },
     "srpo": {
         "srpo_x2": dict(scale=2, size=(13, 9)),
         "srpo_x3": dict(scale=3, size=(9, 8)),
+        "srpo_x5_1x1": dict(scale=5, size=(1, 1)),
     },
 }
 
