@@ -1,7 +1,7 @@
 // The two passes of AMD's FidelityFX Super Resolution 1, by its published description (pipelines/filters/README.md).
 //
 // Options: IN_*, OUT_* (layouts), STORE_HALF; for easu SCALE, SCALE_REST (s as the sum of two floats), for rcas
-// SHARPNESS; for the kernels of strips PIXELS, ROWS.
+// SHARPNESS; for the kernels of strips what they say.
 
 #ifdef SCALE
 // Twice the luma.
@@ -100,6 +100,120 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu(global con
     const float4 least = fmin(fmin(f, g), fmin(j, k)), most = fmax(fmax(f, g), fmax(j, k));
     STORE_CHANNELS(OUT, clamp(sum / weights, least, most), out, x, y, 0);
 }
+
+// For devices that make vectors of what a work-item says is one: a strip of 16 × ROWS pixels. Edges are found for each
+// texel under it, once, and then interpolated, first between lines. Wants texels of four elements; COLUMNS and LINES
+// are the most texels under the strip along each axis, all taps included.
+#ifdef ROWS
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(global const storage* in,
+                                                                            global storage* out, Frame frame) {
+    const int x0 = 16 * get_global_id(0), y0 = ROWS * get_global_id(1);
+    const int pixels = min(16, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
+    const int first_column = source_coordinate(x0, SCALE, SCALE_REST, frame.jitter_x).whole - 1;
+    const int first_line = source_coordinate(y0, SCALE, SCALE_REST, frame.jitter_y).whole - 1;
+    float4 color[LINES][COLUMNS];
+    float bright[LINES][COLUMNS];
+    for (int j = 0; j < LINES; ++j) {
+        const int line = AT(IN, 0, clamp(first_line + j, 0, IN_HEIGHT - 1), 0);
+        for (int i = 0; i < COLUMNS; ++i) {
+            color[j][i] = LOAD4(in, line + IN_STRIDE * clamp(first_column + i, 0, IN_WIDTH - 1));
+            bright[j][i] = brightness(color[j][i]);
+        }
+    }
+    float edge_x[LINES][COLUMNS], edge_y[LINES][COLUMNS], edge[LINES][COLUMNS];
+    for (int j = 1; j < LINES - 1; ++j) {
+        for (int i = 1; i < COLUMNS - 1; ++i) {
+            const float3 found =
+                edge_at(bright[j - 1][i], bright[j][i - 1], bright[j][i], bright[j][i + 1], bright[j + 1][i]);
+            edge_x[j][i] = found.x;
+            edge_y[j][i] = found.y;
+            edge[j][i] = found.z;
+        }
+    }
+    int place[16];
+    float fractions[16];
+    for (int i = 0; i < 16; ++i) {
+        const Coordinate u = source_coordinate(x0 + i, SCALE, SCALE_REST, frame.jitter_x);
+        place[i] = u.whole - first_column;
+        fractions[i] = u.fraction;
+    }
+    const float16 s = vload16(0, fractions);
+
+    for (int row = 0; row < rows; ++row) {
+        const Coordinate v = source_coordinate(y0 + row, SCALE, SCALE_REST, frame.jitter_y);
+        const int line = v.whole - first_line;
+        const float t = v.fraction;
+        float4 between[COLUMNS];
+        for (int i = 1; i < COLUMNS - 1; ++i)
+            between[i] =
+                (float4)(mix(edge_x[line][i], edge_x[line + 1][i], t), mix(edge_y[line][i], edge_y[line + 1][i], t),
+                         mix(edge[line][i], edge[line + 1][i], t), 0);
+        float along[16], across[16], strengths[16];
+        for (int i = 0; i < 16; ++i) {
+            const float4 here = mix(between[place[i]], between[place[i] + 1], fractions[i]);
+            along[i] = here.x;
+            across[i] = here.y;
+            strengths[i] = here.z;
+        }
+
+        // edge_kernel and edge_weight, of sixteen pixels.
+        const float16 x = vload16(0, along), y = vload16(0, across), total = vload16(0, strengths);
+        const float16 squared = x * x + y * y;
+        const int16 none = squared < 1 / 32768.0f;
+        const float16 scale = none ? (float16)(1) : 1 / sqrt(squared);
+        const float16 direction_x = none ? (float16)(1) : x * scale, direction_y = y * scale;
+        const float16 strength = 0.25f * total * total;
+        const float16 stretch =
+            (direction_x * direction_x + direction_y * direction_y) / fmax(fabs(direction_x), fabs(direction_y));
+        const float16 long_x = direction_x * (1 + (stretch - 1) * strength);
+        const float16 long_y = direction_y * (1 + (stretch - 1) * strength);
+        const float16 short_x = -direction_y * (1 - 0.5f * strength), short_y = direction_x * (1 - 0.5f * strength);
+        const float16 lobe = 0.5f - 0.29f * strength, clip = 1 / lobe;
+        float weights[12][16];
+        float16 sum = 0;
+#define WEIGH(tap, i, j)                                                                                              \
+    do {                                                                                                              \
+        const float16 offset_x = (i)-s;                                                                               \
+        const float offset_y = (j)-t;                                                                                 \
+        const float16 u = offset_x * long_x + offset_y * long_y, v = offset_x * short_x + offset_y * short_y;         \
+        const float16 distance = fmin(u * u + v * v, clip), base = 0.4f * distance - 1, window = lobe * distance - 1; \
+        const float16 weight = (1.5625f * base * base - 0.5625f) * window * window;                                   \
+        sum += weight;                                                                                                \
+        vstore16(weight, 0, weights[tap]);                                                                            \
+    } while (0)
+        WEIGH(0, 0, -1);
+        WEIGH(1, 1, -1);
+        WEIGH(2, -1, 0);
+        WEIGH(3, 0, 0);
+        WEIGH(4, 1, 0);
+        WEIGH(5, 2, 0);
+        WEIGH(6, -1, 1);
+        WEIGH(7, 0, 1);
+        WEIGH(8, 1, 1);
+        WEIGH(9, 2, 1);
+        WEIGH(10, 0, 2);
+        WEIGH(11, 1, 2);
+#undef WEIGH
+        float shares[16];
+        vstore16(1 / sum, 0, shares);
+        for (int i = 0; i < pixels; ++i) {
+            const float4* above = color[line - 1] + place[i];
+            const float4* here = color[line] + place[i];
+            const float4* below = color[line + 1] + place[i];
+            const float4* last = color[line + 2] + place[i];
+            const float4 filtered = (weights[0][i] * above[0] + weights[1][i] * above[1]) +
+                                    (weights[2][i] * here[-1] + weights[3][i] * here[0] + weights[4][i] * here[1] +
+                                     weights[5][i] * here[2]) +
+                                    (weights[6][i] * below[-1] + weights[7][i] * below[0] + weights[8][i] * below[1] +
+                                     weights[9][i] * below[2]) +
+                                    (weights[10][i] * last[0] + weights[11][i] * last[1]);
+            const float4 least = fmin(fmin(here[0], here[1]), fmin(below[0], below[1]));
+            const float4 most = fmax(fmax(here[0], here[1]), fmax(below[0], below[1]));
+            STORE3(clamp(filtered * shares[i], least, most).xyz, out, AT(OUT, x0 + i, y0 + row, 0));
+        }
+    }
+}
+#endif
 #endif
 
 #ifdef SHARPNESS
@@ -127,4 +241,43 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas(global con
     const float4 sharpened = (centre - lobe * (above + left + right + below)) / (1 - 4 * lobe);
     STORE_CHANNELS(OUT, clamp(sharpened, 0.0f, 1.0f), out, x, y, 0);
 }
+
+// The same for devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, four at a
+// time. Wants pixels of four elements.
+#ifdef ROWS
+INLINE float16 load_four(global const storage* in, int line, int x) {
+    if (x >= 0 && x + 4 <= IN_WIDTH) return LOAD16(in, line + IN_STRIDE * x);
+    const int4 columns = clamp(x + (int4)(0, 1, 2, 3), 0, IN_WIDTH - 1) * IN_STRIDE + line;
+    return (float16)(LOAD4(in, columns.s0), LOAD4(in, columns.s1), LOAD4(in, columns.s2), LOAD4(in, columns.s3));
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas_strip(global const storage* in,
+                                                                            global storage* out) {
+    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
+    const int end_x = min(x0 + PIXELS, OUT_WIDTH), end_y = min(y0 + ROWS, OUT_HEIGHT);
+    for (int y = y0; y < end_y; ++y) {
+        const int line = AT(IN, 0, y, 0), line_above = AT(IN, 0, max(y - 1, 0), 0);
+        const int line_below = AT(IN, 0, min(y + 1, IN_HEIGHT - 1), 0);
+        for (int x = x0; x < end_x; x += 4) {
+            const float16 centre = load_four(in, line, x), left = load_four(in, line, x - 1);
+            const float16 right = load_four(in, line, x + 1), above = load_four(in, line_above, x);
+            const float16 below = load_four(in, line_below, x);
+            const float16 least = fmin(fmin(above, below), fmin(left, right));
+            const float16 most = fmax(fmax(above, below), fmax(left, right));
+            // The smaller of two quotients.
+            const float16 black = fmin(least, centre), white = 1 - fmax(most, centre);
+            const float16 to_black = fmax(4 * most, 1e-20f), to_white = fmax(4 - 4 * least, 1e-20f);
+            const int16 is_black = black * to_white < white * to_black;
+            const float16 each = (is_black ? black : white) / (is_black ? to_black : to_white);
+            const float4 least_each = fmin(fmin(each.s048c, each.s159d), each.s26ae);
+            const float4 pixel_lobe = SHARPNESS * fmin(least_each, LIMIT);
+            const float16 lobe = pixel_lobe.s0000111122223333;
+            const float16 sharpened = (centre - lobe * (above + left + right + below)) / (1 - 4 * lobe);
+            float result[16];
+            vstore16(clamp(sharpened, 0.0f, 1.0f), 0, result);
+            for (int i = 0; i < min(4, end_x - x); ++i) STORE3(vload3(0, result + 4 * i), out, AT(OUT, x + i, y, 0));
+        }
+    }
+}
+#endif
 #endif

@@ -72,7 +72,7 @@ TEST_CASE("every filter of one frame keeps a constant, and at scale 1 without ji
     const Size render{21, 13};
     const std::vector<float> noise = random_color(render), flat(noise.size(), 0.4f);
     for (const char* filter : {"nearest", "bilinear", "bicubic", "lanczos", "fsr1"}) {
-        CAPTURE(filter);
+        CAPTURE(std::string(filter));
         for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 6.0})
             for (const float value : filtered(filter, scale, render, flat, {0.31f, -0.47f}))
                 CHECK(value == doctest::Approx(0.4f).epsilon(1e-6));
@@ -83,15 +83,16 @@ TEST_CASE("every filter of one frame keeps a constant, and at scale 1 without ji
 }
 
 TEST_CASE("filters put what they see where it was sampled") {
-    // A ramp along x, sampled off the pixels' centres, comes out as the ramp at the output pixels' centres.
+    // A ramp along x, sampled off the pixels' centres, comes out as the ramp at the output pixels' centres; but for
+    // Lanczos, which ripples.
     const Size render{40, 9};
     const Vec2 jitter{0.3f, -0.2f};
     std::vector<float> color;
     for (int y = 0; y < render.height; ++y)
         for (int x = 0; x < render.width; ++x) color.insert(color.end(), 3, 0.02f * (x + 0.5f + jitter.x));
     for (const auto& [filter, tolerance] :
-         {std::pair{"nearest", 0.011}, {"bilinear", 1e-6}, {"bicubic", 1e-6}, {"lanczos", 3e-4}}) {
-        CAPTURE(filter);
+         {std::pair{"nearest", 0.011}, {"bilinear", 1e-6}, {"bicubic", 1e-6}, {"lanczos", 5e-4}}) {
+        CAPTURE(std::string(filter));
         for (const double scale : {1.0, 1.5, 2.0, 3.0}) {
             const std::vector<float> output = filtered(filter, scale, render, color, jitter);
             const int width = static_cast<int>(std::lround(render.width * scale));

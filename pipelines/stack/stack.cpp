@@ -25,7 +25,7 @@ using graph::Shift;
 using graph::Value;
 using io::JsonNode;
 
-constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8;
+constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8;
 
 int ceil_divide(int value, int by) { return (value + by - 1) / by; }
 
@@ -189,6 +189,9 @@ class Builder {
         parameters.weights = weights.floats();
         parameters.biases = biases(tensor, parameters.out_channels);
         shrunk_ *= parameters.stride;
+        if (kMostShrunk % shrunk_ != 0)
+            layer["stride"].refuse("one by which the image is shrunk by a divisor of " + std::to_string(kMostShrunk) +
+                                   " in all");
         flow_.replace(graph_.convolution(flow_.whole(), std::move(parameters),
                                          relu ? Activation::relu : Activation::none, name("convolution")));
     }

@@ -16,7 +16,7 @@ Lowered lower_foremost(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
-Lowered lower(const Problem& problem, const Choices& choices) {
+Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "accumulate";
     call.options = fmt::format(
@@ -33,6 +33,21 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
+    return problem.inputs[0].block == 1 && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+Lowered lower_strips(const Problem& problem, const Choices& choices) {
+    constexpr int kPixels = 32, kRows = 8, kTaps = 3;
+    const double scale = std::get<graph::Accumulate>(problem.node.op).scale;
+    Lowered lowered = lower_plain(problem, choices);
+    lowered.call.entry = "accumulate_strip";
+    lowered.call.options += fmt::format(" -DPIXELS={} -DROWS={} -DCOLUMNS={} -DLINES={}", kPixels, kRows,
+                                        source_span(kPixels, scale, kTaps), source_span(kRows, scale, kTaps));
+    lowered.call.global = strips(problem.output, kPixels, kRows);
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> foremost_motion_implementations() {
@@ -41,7 +56,8 @@ std::span<const Implementation> foremost_motion_implementations() {
 }
 
 std::span<const Implementation> accumulate_implementations() {
-    static const Implementation implementations[] = {{"accumulate", obvious, group_choices, lower}};
+    static const Implementation implementations[] = {{"accumulate strips", prefer_strips, single_choices, lower_strips},
+                                                     {"accumulate", obvious, group_choices, lower_plain}};
     return implementations;
 }
 
