@@ -6,20 +6,22 @@
 // Options: COLOR_*, MOTION_* (render resolution), HISTORY_*, OUT_* (output resolution; layouts), SCALE, SCALE_REST (s
 // as the sum of two floats), STORE_HALF (all but motion, which is float).
 
-#define SHARP 4.51f   // samples' weight at a distance of d output pixels is 2^(-SHARP d²), a Gaussian with σ = 0.4
-#define SOFT 2.885f   // without history, at d render pixels 2^(-SOFT d²): σ = 0.5
-#define LEAST 0.005f  // share of the soft weights with history: for a pixel that no sample is near to
-#define MOST 24.0f    // weight of history
+#define SHARP 8.0f       // samples' weight at a distance of d output pixels is 2^(-SHARP d²), a Gaussian with σ = 0.3
+#define SOFT 2.885f      // without history, at d render pixels 2^(-SOFT d²): σ = 0.5
+#define LEAST 0.003f     // share of the soft weights with history: for a pixel that no sample is near to
+#define DEVIATIONS 1.5f  // how far from the samples' mean history may be, in their standard deviations
+#define MOST 12.0f       // weight of history
 
 INLINE float4 to_ycocg(float4 c) {
     return (float4)(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z), 0);
 }
 INLINE float4 to_rgb(float4 c) { return (float4)(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z, 0); }
 
-// 2^(-factor d²) of the distances to the nearest sample, at `offset`, and to those before and after it.
+// 2^(-factor d²) of the distances to the nearest sample, at `offset`, and to those before and after it; never less than
+// what can be squared.
 INLINE float4 falloff(float offset, float spacing, float factor) {
     const float4 distance = (offset + (float4)(-1, 0, 1, 0)) * spacing;
-    return exp2_float4(fmax(-factor * distance * distance, -126.0f));
+    return exp2_float4(fmax(-factor * distance * distance, -50.0f));
 }
 
 // Catmull-Rom around index coordinate (column + s, row + t).
@@ -70,7 +72,7 @@ INLINE void blend(Samples samples, global const float* motion, global const stor
         const float4 facts = BILINEAR(HISTORY, history, tx, ty, 3);
         const float4 current = (samples.sharp + LEAST * samples.soft) / weight;
 
-        const float4 reach = fmax(samples.deviation, sqrt(facts.y));
+        const float4 reach = fmax(DEVIATIONS * samples.deviation, sqrt(facts.y));
         const float4 confined = clamp(before, samples.mean - reach, samples.mean + reach);
         const float4 change = current - confined, excess = confined - before;
         // History that had to be moved counts for less.

@@ -87,7 +87,7 @@ std::array<double, 5> accumulated(int x, int y, double scale, const Planes& colo
             const Color sample = ycocg(
                 {color.at(0, sample_x, sample_y), color.at(1, sample_x, sample_y), color.at(2, sample_x, sample_y)});
             const double squared = (i - u) * (i - u) + (j - v) * (j - v);
-            const double near = std::exp2(-4.51 * squared * scale * scale), wide = std::exp2(-2.885 * squared);
+            const double near = std::exp2(-8 * squared * scale * scale), wide = std::exp2(-2.885 * squared);
             for (int c = 0; c < 3; ++c) {
                 mean[c] += sample[c] / 9;
                 square[c] += sample[c] * sample[c] / 9;
@@ -104,7 +104,7 @@ std::array<double, 5> accumulated(int x, int y, double scale, const Planes& colo
         std::clamp(static_cast<int>(std::floor((y + 0.5) / scale - frame.motion_jitter_y)), 0, motion.shape.height - 1);
     const double from_x = x + scale * motion.at(0, vector_x, vector_y);
     const double from_y = y + scale * motion.at(1, vector_x, vector_y);
-    double weight = sharp_weight + 0.005 * soft_weight, variance = 0;
+    double weight = sharp_weight + 0.003 * soft_weight, variance = 0;
     Color result;
     if (!frame.reset && from_x >= -0.5 && from_x <= history.shape.width - 0.5 && from_y >= -0.5 &&
         from_y <= history.shape.height - 0.5) {
@@ -118,9 +118,9 @@ std::array<double, 5> accumulated(int x, int y, double scale, const Planes& colo
         double excess = 0, reach_squared = 0, change_squared = 0;
         for (int c = 0; c < 3; ++c) {
             const double deviation = std::sqrt(std::max(square[c] - mean[c] * mean[c], 0.0));
-            const double reach = std::max(deviation, std::sqrt(varied));
+            const double reach = std::max(1.5 * deviation, std::sqrt(varied));
             confined[c] = std::clamp(before[c], mean[c] - reach, mean[c] + reach);
-            change[c] = (sharp[c] + 0.005 * soft[c]) / weight - confined[c];
+            change[c] = (sharp[c] + 0.003 * soft[c]) / weight - confined[c];
             excess += (confined[c] - before[c]) * (confined[c] - before[c]);
             reach_squared += reach * reach;
             change_squared += change[c] * change[c];
@@ -128,7 +128,7 @@ std::array<double, 5> accumulated(int x, int y, double scale, const Planes& colo
         const double believed = known / (1 + excess / (0.001 + reach_squared)), share = weight / (believed + weight);
         for (int c = 0; c < 3; ++c) result[c] = confined[c] + share * change[c];
         variance = (1 - share) * (varied + share * change_squared);
-        weight = std::min(believed + weight, 24.0);
+        weight = std::min(believed + weight, 12.0);
     } else {
         for (int c = 0; c < 3; ++c) result[c] = soft[c] / soft_weight;
     }
@@ -150,7 +150,7 @@ void check_accumulation(Size render, double scale, Storage storage, bool reset =
     Planes history = random_planes({graph::kAccumulated, size.height, size.width}, random);
     for (int y = 0; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) {
-            history.at(3, x, y) *= 24;
+            history.at(3, x, y) *= 12;
             history.at(4, x, y) *= 0.05f;
         }
     }
@@ -173,7 +173,7 @@ void check_accumulation(Size render, double scale, Storage storage, bool reset =
     problem.inputs = {part_layout(color.shape, storage, 1, 4, 0), pixel_layout(motion.shape, Storage::f32),
                       part_layout(history.shape, storage, 1, 8, 0)};
     problem.output = part_layout(expected.shape, storage, 1, 8, 0);
-    // Places some hundred pixels away are rounded to 3e-5 pixels, between weights up to 24.
+    // Places some hundred pixels away are rounded to 3e-5 pixels, between weights up to 12.
     check_operator(problem, {color, motion, history}, frame, expected, storage == Storage::f16 ? 2e-2f : 2e-4f);
 }
 
