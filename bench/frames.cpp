@@ -13,16 +13,6 @@ namespace {
 constexpr Size kRender{960, 540};
 constexpr int kScale = 2;
 
-Model random_model(int features, int middle) {
-    std::string name = (std::filesystem::temp_directory_path() / "clarus-bench-XXXXXX").string();
-    const std::filesystem::path folder = mkdtemp(name.data());
-    const std::filesystem::path file = folder / "random.safetensors";
-    write_random_enss(file, kScale, features, middle);
-    Model model = Model::load(file.string());
-    std::filesystem::remove_all(folder);
-    return model;
-}
-
 UpscalerOptions options(Tuning tuning) {
     UpscalerOptions options;
     options.tuning = tuning;
@@ -32,8 +22,18 @@ UpscalerOptions options(Tuning tuning) {
 
 }  // namespace
 
-FrameBench::FrameBench(const Device& device, std::string name, int features, int middle, Tuning tuning)
-    : name_(std::move(name)), upscaler_(device, random_model(features, middle), kRender, options(tuning)) {
+Model random_enss(int features, int middle) {
+    std::string name = (std::filesystem::temp_directory_path() / "clarus-bench-XXXXXX").string();
+    const std::filesystem::path folder = mkdtemp(name.data());
+    const std::filesystem::path file = folder / "random.safetensors";
+    write_random_enss(file, kScale, features, middle);
+    Model model = Model::load(file.string());
+    std::filesystem::remove_all(folder);
+    return model;
+}
+
+FrameBench::FrameBench(const Device& device, std::string name, Model model, Tuning tuning)
+    : name_(std::move(name)), upscaler_(device, std::move(model), kRender, options(tuning)) {
     upscaler_.prepare();
     const auto image = [&](Size size, int channels, float value) {
         const size_t bytes = static_cast<size_t>(size.width) * size.height * channels * sizeof(float);

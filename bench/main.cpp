@@ -65,7 +65,7 @@ void print_frame(FrameBench& frame, double median, double peak, double bandwidth
     }
     const MemoryRequirements memory = frame.memory();
     fmt::print("{:<20}{:>9.2f}{:>9.2f}\n", "frame", 1e3 * median, 1e3 * floor);
-    fmt::print("{:.2f} × the dense convolutions at the peak ({:.2f} ms)\n", median / dense, 1e3 * dense);
+    if (dense > 0) fmt::print("{:.2f} × the dense convolutions at the peak ({:.2f} ms)\n", median / dense, 1e3 * dense);
     fmt::print("memory: arena {:.1f} MiB, live at the worst moment {:.1f} MiB (ratio {:.3f}), weights {:.1f} MiB\n",
                memory.arena / 1048576.0, memory.live_at_worst / 1048576.0,
                static_cast<double>(memory.arena) / static_cast<double>(memory.live_at_worst),
@@ -88,9 +88,14 @@ int run(int argc, char** argv) {
     const RenderItem rendering = render_item();
     enroll(rendering.item.name, kFrameRepetitions, rendering.item.run);
     std::vector<std::unique_ptr<FrameBench>> frames;
-    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-S", 16, 1, Tuning::stored));
-    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-M", 32, 3, Tuning::stored));
-    frames.push_back(std::make_unique<FrameBench>(device, "ENSS-L", 64, 5, Tuning::stored));
+    const auto add_frame = [&](std::string name, Model model) {
+        frames.push_back(std::make_unique<FrameBench>(device, std::move(name), std::move(model), Tuning::stored));
+    };
+    add_frame("ENSS-S", random_enss(16, 1));
+    add_frame("ENSS-M", random_enss(32, 3));
+    add_frame("ENSS-L", random_enss(64, 5));
+    for (const char* filter : {"nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau"})
+        add_frame(filter, Model::filter(filter, 2));
     for (const auto& frame : frames) enroll(frame->name(), kFrameRepetitions, [&] { return frame->run(); });
 
     Record record;

@@ -35,10 +35,13 @@ struct RenderItem {
 };
 RenderItem render_item();
 
-/// A network's frame at 1920×1080 output, images on the device. Its weights are random: time does not depend on them.
+/// An ENSS network of f features and m middle layers with random weights: time does not depend on them.
+Model random_enss(int features, int middle);
+
+/// A frame at 1920×1080 output from 960×540, images on the device.
 class FrameBench {
   public:
-    FrameBench(const Device& device, std::string name, int features, int middle, Tuning tuning);
+    FrameBench(const Device& device, std::string name, Model model, Tuning tuning);
 
     const std::string& name() const { return name_; }
     /// One frame; seconds from the first stage's start to the last one's end.

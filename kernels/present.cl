@@ -10,6 +10,10 @@
 inline float16 load_colors(global const storage* out, int x, int y) {
 #if OUT_BLOCK == 1 && OUT_STRIDE == 4
     return LOAD16(out, AT(OUT, x, y, 0));
+#elif OUT_BLOCK == 1
+    const int last = OUT_WIDTH - 1;
+    return (float16)(LOAD4(out, AT(OUT, x, y, 0)), LOAD4(out, AT(OUT, min(x + 1, last), y, 0)),
+                     LOAD4(out, AT(OUT, min(x + 2, last), y, 0)), LOAD4(out, AT(OUT, min(x + 3, last), y, 0)));
 #else
     float colors[16] = {0};
     for (int i = 0; i < min(4, OUT_WIDTH - x); ++i)

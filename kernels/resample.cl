@@ -25,9 +25,7 @@ inline float8 tap_weights(float t) {
 #elif TAPS == 2
     return (float8)(1 - t, t, 0, 0, 0, 0, 0, 0);
 #elif TAPS == 4
-    // a = -1/2.
-    return (float8)(((-0.5f * t + 1.0f) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1.0f,
-                    ((-1.5f * t + 2.0f) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t, 0, 0, 0, 0);
+    return (float8)(keys(t), 0, 0, 0, 0);
 #else
     // sinc(x) sinc(x / 3), and sin 3a = sin a (3 - 4 sin² a) gives the first of the second.
     const float8 third = (t - (float8)(-2, -1, 0, 1, 2, 3, 0, 0)) * (M_PI_F / 3);

@@ -7,16 +7,15 @@ std::span<const Pipeline> pipelines() {
         {"enss", 2, 4, true, build_enss},
         {"mnss", 2, 3, true, build_mnss},
         {"srpo", 1, 8, false, build_srpo},
+        {"stack", 1, 8, false, build_stack},
     };
     return all;
 }
 
 std::span<const FilterPipeline> filters() {
     static const FilterPipeline all[] = {
-        {"nearest", build_nearest},
-        {"bilinear", build_bilinear},
-        {"bicubic", build_bicubic},
-        {"lanczos", build_lanczos},
+        {"nearest", false, build_nearest}, {"bilinear", false, build_bilinear}, {"bicubic", false, build_bicubic},
+        {"lanczos", false, build_lanczos}, {"fsr1", false, build_fsr1},         {"taau", true, build_taau},
     };
     return all;
 }

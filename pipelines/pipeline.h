@@ -19,10 +19,17 @@ struct Pipeline {
 
 std::span<const Pipeline> pipelines();
 
+struct FilterSettings {
+    double scale;
+    Size render, output;
+    float sharpness;  // of fsr1
+};
+
 /// A filter without a network.
 struct FilterPipeline {
     std::string_view name;
-    graph::Graph (*build)(double scale, Size render, Size output);
+    bool needs_motion;
+    graph::Graph (*build)(const FilterSettings& settings);
 };
 
 std::span<const FilterPipeline> filters();
@@ -31,9 +38,12 @@ std::span<const FilterPipeline> filters();
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render);
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render);
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render);
-graph::Graph build_nearest(double scale, Size render, Size output);
-graph::Graph build_bilinear(double scale, Size render, Size output);
-graph::Graph build_bicubic(double scale, Size render, Size output);
-graph::Graph build_lanczos(double scale, Size render, Size output);
+graph::Graph build_stack(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_nearest(const FilterSettings& settings);
+graph::Graph build_bilinear(const FilterSettings& settings);
+graph::Graph build_bicubic(const FilterSettings& settings);
+graph::Graph build_lanczos(const FilterSettings& settings);
+graph::Graph build_fsr1(const FilterSettings& settings);
+graph::Graph build_taau(const FilterSettings& settings);
 
 }  // namespace clarus::pipelines

@@ -14,11 +14,12 @@ using runtime::Storage;
 
 namespace {
 
-graph::Parameters random_parameters(int out_channels, int in_channels, int kernel, int sets, std::mt19937& random) {
+graph::Parameters random_parameters(int out_channels, int in_channels, int kernel, int sets, std::mt19937& random,
+                                    int groups = 1, int stride = 1) {
     // Results are of the order of 1.
-    const float largest = 2 / (kernel * std::sqrt(static_cast<float>(in_channels)));
+    const float largest = 2 / (kernel * std::sqrt(static_cast<float>(in_channels) / groups));
     std::uniform_real_distribution<float> weight(-largest, largest), bias(-0.5f, 0.5f);
-    graph::Parameters parameters{out_channels, in_channels, sets, sets > 1, kernel};
+    graph::Parameters parameters{out_channels, in_channels, sets, sets > 1, kernel, groups, stride};
     parameters.weights.resize(parameters.weights_per_set() * sets);
     parameters.biases.resize(static_cast<size_t>(out_channels) * sets);
     for (float& value : parameters.weights) value = weight(random);
@@ -26,21 +27,23 @@ graph::Parameters random_parameters(int out_channels, int in_channels, int kerne
     return parameters;
 }
 
-/// conv(a→b) of the specification, with relu where asked for.
+/// conv(a→b) of the specification, with groups and a stride, and relu where asked for.
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
                             graph::Activation activation) {
     const auto [channels, height, width] = image.shape;
-    const int size = parameters.kernel;
-    return planes({parameters.out_channels, height, width}, [&](int out, int x, int y) -> float {
+    const int size = parameters.kernel, stride = parameters.stride, group = channels / parameters.groups;
+    const graph::Shape shape{parameters.out_channels, (height + stride - 1) / stride, (width + stride - 1) / stride};
+    return planes(shape, [&](int out, int x, int y) -> float {
         double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
-        for (int in = 0; in < channels; ++in) {
+        const int first = out / (parameters.out_channels / parameters.groups) * group;
+        for (int in = 0; in < group; ++in) {
             for (int ky = 0; ky < size; ++ky) {
                 for (int kx = 0; kx < size; ++kx) {
-                    const int px = x + kx - size / 2, py = y + ky - size / 2;
+                    const int px = stride * x + kx - size / 2, py = stride * y + ky - size / 2;
                     if (px < 0 || px >= width || py < 0 || py >= height) continue;
                     const size_t weight = parameters.weights_per_set() * set +
-                                          ((static_cast<size_t>(out) * channels + in) * size + ky) * size + kx;
-                    sum += double(image.at(in, px, py)) * parameters.weights[weight];
+                                          ((static_cast<size_t>(out) * group + in) * size + ky) * size + kx;
+                    sum += double(image.at(first + in, px, py)) * parameters.weights[weight];
                 }
             }
         }
@@ -55,11 +58,13 @@ struct Case {
     Storage storage = Storage::f32;
     bool views = false;  // the images are parts of larger ones
     int kernel = 3;
+    int groups = 1, stride = 1;
 };
 
 runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
     const graph::Shape in{test.in_channels, test.size.height, test.size.width};
-    const graph::Shape out{test.out_channels, test.size.height, test.size.width};
+    const graph::Shape out{test.out_channels, (test.size.height + test.stride - 1) / test.stride,
+                           (test.size.width + test.stride - 1) / test.stride};
     runtime::Problem problem;
     problem.node = {graph::Convolution{0, test.activation}, {}, out, "convolution"};
     problem.inputs = {test.views ? part_layout(in, test.storage, 1, in.channels + 7, 3)
@@ -75,7 +80,9 @@ runtime::Problem problem_of(const Case& test, const graph::Parameters& parameter
 template <typename Visit>
 void visit_implementations(const runtime::Problem& problem, bool all_choices, Visit&& visit) {
     const DeviceProfile profile = test_device().profile();
-    const bool preferred_only = profile.device_class == DeviceClass::cpu && profile.float_vector_width == 1;
+    const bool is_dense = problem.parameters->groups == 1 && problem.parameters->stride == 1;
+    const bool preferred_only =
+        !is_dense || (profile.device_class == DeviceClass::cpu && profile.float_vector_width == 1);
     for (const runtime::Implementation& implementation : runtime::convolution_implementations()) {
         if (preferred_only && implementation.preference(problem, profile) == 0) continue;
         std::vector<runtime::Choices> choices = implementation.choices(problem, profile);
@@ -96,7 +103,8 @@ void check_convolution(const Case& test, bool all_choices = false) {
     CAPTURE(test.size.width);
     CAPTURE(test.size.height);
     std::mt19937 random(7);
-    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random);
+    const graph::Parameters parameters =
+        random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random, test.groups, test.stride);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes image =
         rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
@@ -145,6 +153,14 @@ TEST_CASE("convolutions between views, and stored in half") {
     check_convolution({22, 20, {37, 21}, graph::Activation::none, Storage::f32, true});
     check_convolution({16, 45, {37, 21}, graph::Activation::relu, Storage::f16});
     check_convolution({5, 19, {13, 9}, graph::Activation::relu, Storage::f16, true});
+}
+
+TEST_CASE("convolutions of groups, and with strides") {
+    check_convolution({6, 9, {23, 14}, graph::Activation::relu, Storage::f32, false, 3, 3});
+    check_convolution({8, 8, {23, 14}, graph::Activation::none, Storage::f16, true, 5, 8});
+    check_convolution({4, 6, {23, 14}, graph::Activation::relu, Storage::f32, false, 3, 1, 2});
+    check_convolution({4, 6, {22, 15}, graph::Activation::none, Storage::f32, true, 5, 2, 3});
+    check_convolution({3, 2, {7, 5}, graph::Activation::none, Storage::f32, false, 1, 1, 2});
 }
 
 TEST_CASE("every choice computes the same") {

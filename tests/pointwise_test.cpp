@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "operator_harness.h"
 
@@ -15,49 +16,91 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-double evaluate(const Step& step, const std::vector<double>& values) {
+/// Channel c of a step's result, of the channels of its operands.
+double evaluate(const Step& step, int c, const std::vector<std::vector<double>>& operands) {
+    const auto operand = [&](int index) {
+        const std::vector<double>& channels = operands[step.operands[index]];
+        return channels.size() == 1 ? channels[0] : channels[c];
+    };
+    const auto group = [&](int index) {
+        const std::vector<double>& channels = operands[step.operands[0]];
+        const size_t size = channels.size() / step.groups;
+        return std::vector<double>(channels.begin() + index * size, channels.begin() + (index + 1) * size);
+    };
     switch (step.function) {
         case Step::Function::sigmoid:
-            return std::isnan(values[step.operands[0]]) ? 0 : 1 / (1 + std::exp(-values[step.operands[0]]));
-        case Step::Function::mix: {
-            const double a = values[step.operands[0]], b = values[step.operands[1]], c = values[step.operands[2]];
-            return c * a + (1 - c) * b;
-        }
-        case Step::Function::clamp: {
-            const double a = values[step.operands[0]];
-            return a > step.low ? std::min<double>(a, step.high) : step.low;
-        }
+            return std::isnan(operand(0)) ? 0 : 1 / (1 + std::exp(-operand(0)));
+        case Step::Function::mix:
+            return operand(2) * operand(0) + (1 - operand(2)) * operand(1);
+        case Step::Function::clamp:
+            return operand(0) > step.low ? std::min<double>(operand(0), step.high) : step.low;
+        case Step::Function::tanh:
+            return std::tanh(operand(0));
+        case Step::Function::prelu:
+            return operand(0) > 0 ? operand(0) : step.coefficients[c] * operand(0);
         case Step::Function::round:
-            return std::floor(values[step.operands[0]] + 0.5);
+            return std::floor(operand(0) + 0.5);
         case Step::Function::sum:
-            return values[step.operands[0]] + values[step.operands[1]];
+            return operand(0) + operand(1);
         case Step::Function::difference:
-            return std::abs(values[step.operands[0]] - values[step.operands[1]]);
+            return std::abs(operand(0) - operand(1));
+        case Step::Function::product:
+            return operand(0) * operand(1);
+        case Step::Function::linear: {
+            double sum = step.addend;
+            for (size_t i = 0; i < step.operands.size(); ++i)
+                sum += step.coefficients[i] * operand(static_cast<int>(i));
+            return sum;
+        }
+        case Step::Function::softmax: {
+            const auto members = group(c * step.groups / static_cast<int>(operands[step.operands[0]].size()));
+            double total = 0;
+            for (const double member : members) total += std::exp(member - operand(0));
+            return 1 / total;
+        }
+        case Step::Function::channel_maximum: {
+            const auto members = group(c);
+            return *std::max_element(members.begin(), members.end());
+        }
+        case Step::Function::channel_sum: {
+            const auto members = group(c);
+            return std::accumulate(members.begin(), members.end(), 0.0);
+        }
     }
     return kNan;
+}
+
+int channels_of(const Step& step, const std::vector<int>& channels) {
+    if (step.function == Step::Function::channel_maximum || step.function == Step::Function::channel_sum)
+        return step.groups;
+    int most = 1;
+    for (const int operand : step.operands) most = std::max(most, channels[operand]);
+    return most;
 }
 
 Planes expected_pointwise(const graph::Pointwise& program, const std::vector<Planes>& inputs) {
     std::vector<int> channels;
     for (const Planes& input : inputs) channels.push_back(input.shape.channels);
-    for (const Step& step : program.steps) {
-        int most = 1;
-        for (const int operand : step.operands) most = std::max(most, channels[operand]);
-        channels.push_back(most);
-    }
+    for (const Step& step : program.steps) channels.push_back(channels_of(step, channels));
     graph::Shape shape = inputs[0].shape;
-    shape.channels = 0;
     std::vector<std::pair<int, int>> results;  // operand and its channel
     for (const int result : program.results)
         for (int c = 0; c < channels[result]; ++c) results.emplace_back(result, c);
     shape.channels = static_cast<int>(results.size());
 
     return planes(shape, [&](int channel, int x, int y) {
-        std::vector<double> values;
+        std::vector<std::vector<double>> values;
+        for (const Planes& input : inputs) {
+            values.emplace_back();
+            for (int c = 0; c < input.shape.channels; ++c) values.back().push_back(input.at(c, x, y));
+        }
+        for (const Step& step : program.steps) {
+            std::vector<double> result;
+            for (int c = 0; c < channels[values.size()]; ++c) result.push_back(evaluate(step, c, values));
+            values.push_back(std::move(result));
+        }
         const auto [result, c] = results[channel];
-        for (const Planes& input : inputs) values.push_back(input.at(input.shape.channels == 1 ? 0 : c, x, y));
-        for (const Step& step : program.steps) values.push_back(evaluate(step, values));
-        return static_cast<float>(values[result]);
+        return static_cast<float>(values[result][c]);
     });
 }
 
@@ -149,6 +192,39 @@ TEST_CASE("sums, differences and roundings of images") {
     const graph::Pointwise program{
         {{Step::Function::sum, {0, 1}}, {Step::Function::difference, {2, 1}}, {Step::Function::round, {0}}}, {2, 3, 4}};
     check_pointwise(program, images, {{3, 1, 3, 0}, {3, 2, 12, 0}}, {9, 1, 10, 1}, 1e-6f);
+}
+
+TEST_CASE("layers of a stack, between all layouts") {
+    std::mt19937 random(5);
+    const std::vector<Planes> images = {random_planes({6, 12, 24}, random, -3, 3),
+                                        random_planes({1, 12, 24}, random, -3, 3)};
+    Step softmax{Step::Function::softmax, {0}}, maximum{Step::Function::channel_maximum, {1}},
+        sum{Step::Function::channel_sum, {1}};
+    softmax.groups = 2;
+    maximum.groups = sum.groups = 3;
+    const graph::Pointwise program{{softmax,
+                                    {Step::Function::prelu, {0}, 0, 0, {0.25f, 0, -1, 1, 0.5f, 2}},
+                                    {Step::Function::product, {2, 1}},
+                                    {Step::Function::tanh, {4}},
+                                    {Step::Function::linear, {0, 5, 3}, 0, 0, {0.5f, -2, 1}, 0.125f}},
+                                   {2, 3, 5, 6}};
+    const graph::Pointwise reductions{{softmax, maximum, sum}, {2, 3}};
+    for (const Storage storage : {Storage::f32, Storage::f16}) {
+        const float tolerance = storage == Storage::f16 ? 2e-3f : 4e-6f;
+        for (const int block : {1, 2, 3}) {
+            const int square = block * block;
+            const std::vector<Operand> from{{6, block, 6 * square + 5, 2, storage}, {1, 1, 4, 1, storage}};
+            check_pointwise(program, images, from, {24, 1, 24, 0, storage}, tolerance);
+            check_pointwise(program, images, from, {24, block, 24 * square, 0, storage}, tolerance);
+            check_pointwise(reductions, {images[0]}, {from[0]}, {6, 1, 7, 0, storage}, tolerance);
+        }
+    }
+}
+
+TEST_CASE("a softmax of large values is one of small ones") {
+    Planes images = planes({4, 3, 5}, [](int c, int x, int y) { return 1e4f * (c - x % 3) - 300 * y; });
+    const graph::Pointwise softmax{{{Step::Function::softmax, {0}}}, {1}};
+    check_pointwise(softmax, {images}, {{4, 1, 4, 0}}, {4, 1, 4, 0}, 1e-6f);
 }
 
 TEST_CASE("a program without steps copies between layouts and storages") {

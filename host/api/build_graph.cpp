@@ -12,6 +12,18 @@ namespace {
 // More is a mistake rather than an image.
 constexpr int kLargestSide = 1 << 15;
 
+// 2^-0.2: AMD's own is 0.2 stops below the most.
+constexpr float kUsualSharpness = 0.87f;
+
+float sharpness(const Model& model, const UpscalerOptions& options) {
+    if (!options.sharpness) return kUsualSharpness;
+    if (model.pipeline() != "fsr1")
+        fail(ErrorKind::invalid_argument, "options.sharpness: {} is not sharpened; only fsr1 is", model.name());
+    if (!(*options.sharpness >= 0 && *options.sharpness <= 1))
+        fail(ErrorKind::invalid_argument, "options.sharpness: {}; must be from 0 to 1", *options.sharpness);
+    return *options.sharpness;
+}
+
 }  // namespace
 
 Size scaled(Size render, double scale) {
@@ -23,9 +35,10 @@ Size scaled(Size render, double scale) {
     return output;
 }
 
-graph::Graph build_graph(const Model& model, Size render, Size output) {
+graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {
+    const pipelines::FilterSettings settings{model.scale(), render, output, sharpness(model, options)};
     for (const pipelines::FilterPipeline& filter : pipelines::filters())
-        if (filter.name == model.pipeline()) return filter.build(model.scale(), render, output);
+        if (filter.name == model.pipeline()) return filter.build(settings);
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
         if (pipeline.name == model.pipeline())
             return pipeline.build(*model.tensors(), static_cast<int>(model.scale()), render);

@@ -2,6 +2,7 @@
 
 #include "clarus/model.h"
 #include "clarus/types.h"
+#include "clarus/upscaler.h"
 #include "graph/graph.h"
 
 namespace clarus {
@@ -9,7 +10,8 @@ namespace clarus {
 /// Output resolution of a render resolution. Errors: invalid_argument where either is not from 1 to 2^15 on a side.
 Size scaled(Size render, double scale);
 
-/// What the model computes at this size.
-graph::Graph build_graph(const Model& model, Size render, Size output);
+/// What the model computes at this size. Errors: invalid_argument, naming the option, where the model has no use for
+/// one that is set.
+graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options = {});
 
 }  // namespace clarus

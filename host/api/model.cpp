@@ -85,13 +85,14 @@ Model Model::load(const std::string& path) {
 }
 
 Model Model::filter(const std::string& name, double scale) {
-    if (!find_named(pipelines::filters(), name))
-        fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
+    const pipelines::FilterPipeline* filter = find_named(pipelines::filters(), name);
+    if (!filter) fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
     if (!(scale >= 1 && scale <= kLargestFilterScale))
         fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is from 1 to {}", scale, kLargestFilterScale);
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;
+    state->needs_motion = filter->needs_motion;
     return Model(std::move(state));
 }
 

@@ -56,7 +56,7 @@ struct Upscaler::State {
           render_size(render),
           output_size(scaled(render, model.scale())),
           options(std::move(used_options)),
-          graph(with_effects(build_graph(model, render, output_size), options)),
+          graph(with_effects(build_graph(model, render, output_size, options), options)),
           tuner(device.context(), options.tuning) {
         check_options(options, graph);
         plan_with([&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });

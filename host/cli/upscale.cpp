@@ -35,6 +35,7 @@ struct UpscaleOptions {
     SequenceOptions sequence;
     std::string model;
     std::optional<double> scale;
+    std::optional<float> sharpness;
     std::filesystem::path output;
     std::string device = "auto";
     Precision precision = Precision::fp32;
@@ -87,6 +88,7 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     UpscalerOptions result;
     result.precision = options.precision;
     result.tuning = options.tuning;
+    result.sharpness = options.sharpness;
     result.color_space = sequence.color_space;
     result.antialias_input = options.antialias_input;
     result.antialias = options.antialias;
@@ -258,6 +260,10 @@ void add_upscale_command(CLI::App& app) {
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
         ->type_name("SEL");
     command.add_option("--scale", options->scale, "For filters: any scale from 1 to 8 in place of the sequence's")
+        ->type_name("S");
+    command
+        .add_option("--sharpness", options->sharpness,
+                    "For fsr1: from 0, which sharpens nothing, to 1; 0.87 unless told")
         ->type_name("S");
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(

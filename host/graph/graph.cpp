@@ -1,5 +1,7 @@
 #include "graph/graph.h"
 
+#include <algorithm>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -56,6 +58,29 @@ Value Graph::upsample_motion(Value motion, int scale, std::string name) {
 
 Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift shift) {
     return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
+}
+
+Value Graph::easu(Value color, double scale, Size size) {
+    expect(shape(color).channels == 3, "edges are found in colour");
+    return add(Easu{scale}, {color}, {3, size.height, size.width}, "easu");
+}
+
+Value Graph::rcas(Value color, float sharpness) {
+    expect(shape(color).channels == 3, "colour is sharpened");
+    return add(Rcas{sharpness}, {color}, shape(color), "rcas");
+}
+
+Value Graph::foremost_motion(Value motion, Value depth) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
+    return add(ForemostMotion{}, {motion, depth}, in, "foremost motion");
+}
+
+Value Graph::accumulate(Value color, Value motion, Value history, double scale) {
+    const Shape in = shape(color);
+    expect(in.channels == 3 && shape(motion) == Shape{2, in.height, in.width}, "a motion vector for each sample");
+    expect(shape(history).channels == kAccumulated, "history is what accumulation made");
+    return add(Accumulate{scale}, {color, motion, history}, shape(history), "accumulate");
 }
 
 Value Graph::dilate(Value motion, Value depth, int scale) {
@@ -160,7 +185,9 @@ Value Graph::convolution(Value image, Parameters weights, Activation activation,
     const Shape in = shape(image);
     expect(weights.in_channels == in.channels, "a convolution's weights fit its input");
     expect(weights.kernel % 2 == 1, "a convolution's kernel has a middle");
-    const Shape result{weights.out_channels, in.height, in.width};
+    expect(in.channels % weights.groups == 0 && weights.out_channels % weights.groups == 0, "groups are of one size");
+    const Shape result{weights.out_channels, ceil_divide(in.height, weights.stride),
+                       ceil_divide(in.width, weights.stride)};
     parameters.push_back(std::move(weights));
     return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
 }
@@ -185,15 +212,62 @@ Value Graph::round(Value image, std::string name) {
     return add(Pointwise{{{Step::Function::round, {0}}}, {1}}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::tanh(Value image, std::string name) {
+    return add(Pointwise{{{Step::Function::tanh, {0}}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::prelu(Value image, std::vector<float> slopes, std::string name) {
+    expect(static_cast<int>(slopes.size()) == shape(image).channels, "a slope for each channel");
+    return add(Pointwise{{{Step::Function::prelu, {0}, 0, 0, std::move(slopes)}}, {1}}, {image}, shape(image),
+               std::move(name));
+}
+
 Value Graph::pointwise(Step::Function function, Value a, Value b, std::string name) {
-    expect(shape(a) == shape(b), "images have one shape");
-    return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, shape(a), std::move(name));
+    const Shape &left = shape(a), &right = shape(b);
+    expect(left.height == right.height && left.width == right.width, "operands have one size");
+    expect(left.channels == right.channels || left.channels == 1 || right.channels == 1, "operands have one shape");
+    const Shape result{std::max(left.channels, right.channels), left.height, left.width};
+    return add(Pointwise{{{function, {0, 1}}}, {2}}, {a, b}, result, std::move(name));
 }
 
 Value Graph::sum(Value a, Value b, std::string name) { return pointwise(Step::Function::sum, a, b, std::move(name)); }
 
 Value Graph::difference(Value a, Value b, std::string name) {
     return pointwise(Step::Function::difference, a, b, std::move(name));
+}
+
+Value Graph::product(Value a, Value b, std::string name) {
+    return pointwise(Step::Function::product, a, b, std::move(name));
+}
+
+Value Graph::linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name) {
+    expect(!images.empty() && images.size() == coefficients.size(), "a coefficient for each image");
+    const Shape result = shape(images.front());
+    for (const Value image : images) expect(shape(image) == result, "images that are added have one shape");
+    const int count = static_cast<int>(images.size());
+    Step step{Step::Function::linear, std::vector<int>(count), 0, 0, std::move(coefficients), addend};
+    std::iota(step.operands.begin(), step.operands.end(), 0);
+    return add(Pointwise{{std::move(step)}, {count}}, std::move(images), result, std::move(name));
+}
+
+Value Graph::across_channels(Step::Function function, Value image, int groups, int channels, std::string name) {
+    const Shape in = shape(image);
+    expect(groups > 0 && in.channels % groups == 0, "groups are of one size");
+    Step step{function, {0}};
+    step.groups = groups;
+    return add(Pointwise{{std::move(step)}, {1}}, {image}, {channels, in.height, in.width}, std::move(name));
+}
+
+Value Graph::softmax(Value image, int groups, std::string name) {
+    return across_channels(Step::Function::softmax, image, groups, shape(image).channels, std::move(name));
+}
+
+Value Graph::channel_maximum(Value image, int groups, std::string name) {
+    return across_channels(Step::Function::channel_maximum, image, groups, groups, std::move(name));
+}
+
+Value Graph::channel_sum(Value image, int groups, std::string name) {
+    return across_channels(Step::Function::channel_sum, image, groups, groups, std::move(name));
 }
 
 namespace {
@@ -219,7 +293,7 @@ double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
         const Parameters& parameters = graph.parameters[convolution->parameters];
-        return 2.0 * parameters.taps() * parameters.in_channels * elements;
+        return 2.0 * parameters.taps() * parameters.in_channels / parameters.groups * elements;
     }
     if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
         std::holds_alternative<Warp>(node.op))
@@ -230,6 +304,9 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<Project>(node.op)) return 3 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
+    if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels
+    if (std::holds_alternative<Rcas>(node.op)) return 22 * elements;
+    if (std::holds_alternative<Accumulate>(node.op)) return 66 * elements;  // 9 samples, 16 pixels of history
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
         return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
     return 0;

@@ -36,10 +36,12 @@ struct Parameters {
     int sets = 1;
     bool conditioned = false;         // which set a frame uses is chosen by its jitter (Graph::jitter_kernels)
     int kernel = 3;                   // pixels along each side, odd
-    std::vector<float> weights = {};  // [sets][out][in][kernel][kernel]
+    int groups = 1;                   // each of so many output channels sees its group of the input channels alone
+    int stride = 1;                   // between the input pixels that output pixels are around
+    std::vector<float> weights = {};  // [sets][out][in / groups][kernel][kernel]
     std::vector<float> biases = {};   // [sets][out]
 
-    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels * taps(); }
+    size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels / groups * taps(); }
     int taps() const { return kernel * kernel; }
 };
 
@@ -84,8 +86,12 @@ class Graph {
     void carry(Value previous, Value next);
 
     Value upsample(Value image, int scale, Shift shift, std::string name);
-    Value upsample_motion(Value motion, int scale, std::string name = "motion upsampling");
+    Value upsample_motion(Value motion, int scale, std::string name);
     Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
+    Value easu(Value color, double scale, Size output_size);
+    Value rcas(Value color, float sharpness);
+    Value foremost_motion(Value motion, Value depth);
+    Value accumulate(Value color, Value motion, Value history, double scale);
     Value dilate(Value motion, Value depth, int scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
@@ -105,11 +111,23 @@ class Graph {
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
     Value round(Value image, std::string name);
+    Value tanh(Value image, std::string name);
+    /// `slopes`: one a channel.
+    Value prelu(Value image, std::vector<float> slopes, std::string name);
+    /// Where one of two has one channel, it serves every channel of the other.
     Value sum(Value a, Value b, std::string name);
     Value difference(Value a, Value b, std::string name);
+    Value product(Value a, Value b, std::string name);
+    /// addend + Σ coefficients[i] · images[i]
+    Value linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name);
+    /// Over each of so many groups of consecutive channels: the last two leave one channel of each.
+    Value softmax(Value image, int groups, std::string name);
+    Value channel_maximum(Value image, int groups, std::string name);
+    Value channel_sum(Value image, int groups, std::string name);
 
   private:
     Value pointwise(Step::Function function, Value a, Value b, std::string name);
+    Value across_channels(Step::Function function, Value image, int groups, int channels, std::string name);
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 

@@ -50,6 +50,27 @@ struct Resample {
     Shift shift = Shift::jitter;
 };
 
+/// EASU, the first pass of FSR 1, at any real scale, aware of the jitter. Input: colour.
+struct Easu {
+    double scale;
+};
+
+/// RCAS, the second pass of FSR 1, its lobe times `sharpness`. Input: colour.
+struct Rcas {
+    float sharpness;
+};
+
+/// Each pixel's motion, of it and its eight neighbours that of the one nearest to the viewer. Inputs: motion, depth.
+struct ForemostMotion {};
+
+/// One frame of temporal upsampling at any real scale, aware of the jitter. Inputs: colour, motion (a vector for each
+/// of its pixels), and last frame's result. Result: 5 channels at output resolution: colour, the weight of the samples
+/// in it, and their variance around it.
+struct Accumulate {
+    double scale;
+};
+inline constexpr int kAccumulated = 5;
+
 /// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.
 struct Dilate {
     int scale;
@@ -120,7 +141,7 @@ struct Slice {
 
 enum class Activation { none, relu };
 
-/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size.
+/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size, its groups and stride.
 struct Convolution {
     int parameters;
     Activation activation;
@@ -129,28 +150,39 @@ struct Convolution {
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
 struct Step {
     enum class Function {
-        sigmoid,     // 1 / (1 + e^−a)
-        mix,         // c·a + (1 − c)·b
-        clamp,       // a clamped to [low, high]
-        sum,         // a + b
-        difference,  // |a − b|
-        round,       // half up, ⌊a + ½⌋
+        sigmoid,  // 1 / (1 + e^−a)
+        mix,      // c·a + (1 − c)·b
+        clamp,    // a clamped to [low, high]
+        tanh,
+        prelu,            // a where it is positive, else coefficient · a; a coefficient for each channel
+        sum,              // a + b
+        difference,       // |a − b|
+        product,          // a·b
+        round,            // half up, ⌊a + ½⌋
+        linear,           // addend + Σ coefficient · operand
+        softmax,          // over each group of consecutive channels
+        channel_maximum,  // of each group, as one channel
+        channel_sum,      // likewise
     };
     Function function;
     std::vector<int> operands;
     float low = 0;
     float high = 0;
+    std::vector<float> coefficients = {};
+    float addend = 0;
+    int groups = 1;
 };
 
-/// A program that is run on every pixel and channel of inputs of one size; an input of one channel serves every
-/// channel. The result is `results` (operand numbers) one after another along channels.
+/// A program that is run on every pixel of inputs of one size, channel by channel but for what is said to be across
+/// channels; an input of one channel serves every channel. The result is `results` (operand numbers) one after another
+/// along channels.
 struct Pointwise {
     std::vector<Step> steps;
     std::vector<int> results;
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place, AveragePool,
-                 Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Easu, Rcas, ForemostMotion,
+                              Accumulate, Dilate, Warp, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa,
+                              SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

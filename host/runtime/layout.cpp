@@ -38,7 +38,9 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     const Node& node = graph.nodes[value];
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
-    return is<graph::Dilate>(node) || is<graph::UpsampleMotion>(node) ? Storage::f32 : images;
+    const bool is_motion =
+        is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) || is<graph::UpsampleMotion>(node);
+    return is_motion ? Storage::f32 : images;
 }
 
 /// A use that cannot be served by a view: input `position` of `user` must be copied.

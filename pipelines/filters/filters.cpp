@@ -5,28 +5,53 @@
 namespace clarus::pipelines {
 namespace {
 
-graph::Graph build(graph::Filter filter, double scale, Size render, Size output) {
-    graph::Graph graph;
-    graph.output = graph.resample(graph.input(graph::Resource::color, render), filter, scale, output);
+using graph::Graph;
+using graph::Resource;
+using graph::Value;
+
+Graph resampled(graph::Filter filter, const FilterSettings& settings) {
+    Graph graph;
+    const Value color = graph.input(Resource::color, settings.render);
+    graph.output = graph.resample(color, filter, settings.scale, settings.output);
+    graph.views = {{"input_color", color}, {"output", graph.output}};
     return graph;
 }
 
 }  // namespace
 
-graph::Graph build_nearest(double scale, Size render, Size output) {
-    return build(graph::Filter::nearest, scale, render, output);
+Graph build_nearest(const FilterSettings& settings) { return resampled(graph::Filter::nearest, settings); }
+Graph build_bilinear(const FilterSettings& settings) { return resampled(graph::Filter::bilinear, settings); }
+Graph build_bicubic(const FilterSettings& settings) { return resampled(graph::Filter::bicubic, settings); }
+Graph build_lanczos(const FilterSettings& settings) { return resampled(graph::Filter::lanczos, settings); }
+
+Graph build_fsr1(const FilterSettings& settings) {
+    Graph graph;
+    const Value color = graph.input(Resource::color, settings.render);
+    const Value upsampled = graph.easu(color, settings.scale, settings.output);
+    graph.output = graph.rcas(upsampled, settings.sharpness);
+    graph.views = {{"input_color", color}, {"upsampled", upsampled}, {"output", graph.output}};
+    return graph;
 }
 
-graph::Graph build_bilinear(double scale, Size render, Size output) {
-    return build(graph::Filter::bilinear, scale, render, output);
-}
-
-graph::Graph build_bicubic(double scale, Size render, Size output) {
-    return build(graph::Filter::bicubic, scale, render, output);
-}
-
-graph::Graph build_lanczos(double scale, Size render, Size output) {
-    return build(graph::Filter::lanczos, scale, render, output);
+Graph build_taau(const FilterSettings& settings) {
+    Graph graph;
+    const Value color = graph.input(Resource::color, settings.render);
+    const Value depth = graph.input(Resource::depth, settings.render);
+    const Value motion = graph.input(Resource::motion, settings.render);
+    const Value history =
+        graph.previous({graph::kAccumulated, settings.output.height, settings.output.width}, "history");
+    const Value foremost = graph.foremost_motion(motion, depth);
+    const Value accumulated = graph.accumulate(color, foremost, history, settings.scale);
+    graph.carry(history, accumulated);
+    graph.output = graph.slice(accumulated, 0, 3);
+    graph.views = {{"motion", foremost},
+                   {"weight", graph.slice(accumulated, 3, 1)},
+                   {"variance", graph.slice(accumulated, 4, 1)},
+                   {"input_motion", motion},
+                   {"input_depth", depth},
+                   {"input_color", color},
+                   {"output", graph.output}};
+    return graph;
 }
 
 }  // namespace clarus::pipelines

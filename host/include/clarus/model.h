@@ -18,7 +18,8 @@ class Model {
     /// A `.safetensors` file (formats.md, "A model"). Errors: file, naming the tensor or key and what was expected.
     static Model load(const std::string& path);
 
-    /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos". `scale` is any real number from 1 to 8.
+    /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau". `scale` is any real
+    /// number from 1 to 8.
     static Model filter(const std::string& name, double scale);
 
     /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.
@@ -31,7 +32,7 @@ class Model {
     const std::string& name() const;      // the file's stem, or the filter's name
     const std::string& pipeline() const;  // "enss", "bilinear", …
     double scale() const;
-    bool needs_motion() const;  // and depth; false for single-frame models and filters
+    bool needs_motion() const;  // and depth; false for what looks at one frame alone
     const std::map<std::string, std::string>& metadata() const;
 
     /// The tensors of a model file; null for a filter.

@@ -48,10 +48,11 @@ struct UpscalerOptions {
     ColorSpace color_space = ColorSpace::srgb;
     DepthEncoding depth;
     MotionEncoding motion;
-    ImageFormat color_format{ElementType::f32, 3};      // ≥ 3 channels
-    ImageFormat depth_format{ElementType::f32, 1};      // ≥ 1 channel
-    ImageFormat motion_format{ElementType::f32, 2};     // ≥ 2 channels; f16 or f32
-    ImageFormat output_format{ElementType::f32, 3};     // 3 channels, or 4 with alpha 1
+    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
+    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
+    ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
+    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    std::optional<float> sharpness;  // fsr1: how much it sharpens, from 0, not at all, to 1; 0.87 unless told
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
     float sharpen =

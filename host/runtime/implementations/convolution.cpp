@@ -45,7 +45,10 @@ Packing packing_in_blocks(const Problem& problem) {
                    size_t(out_channels) * (1 + problem.parameters->taps() * problem.parameters->in_channels));
 }
 
-bool is_plain_image(const Problem& problem) { return problem.inputs[0].block == 1; }
+/// What every kernel but the plain one wants: pixels one after another, dense weights, a result for each pixel.
+bool is_dense(const Problem& problem) {
+    return problem.inputs[0].block == 1 && problem.parameters->groups == 1 && problem.parameters->stride == 1;
+}
 /// Devices that make vectors of work-items, rather than of what a work-item says is one.
 bool wants_many_work_items(const DeviceProfile& profile) {
     return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4;
@@ -56,7 +59,9 @@ bool wants_many_work_items(const DeviceProfile& profile) {
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     Lowered lowered = lower(problem, choices, "convolution_plain", pixels(problem.output));
     const graph::Parameters& parameters = *problem.parameters;
+    lowered.call.options += fmt::format(" -DGROUPS={} -DSTRIDE={}", parameters.groups, parameters.stride);
     lowered.packing = packing(problem, parameters.out_channels, parameters.out_channels + parameters.weights_per_set());
+    lowered.packing->global[0] /= parameters.groups;
     return lowered;
 }
 
@@ -84,7 +89,7 @@ std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& 
 }
 
 int prefer_tiled(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = is_plain_image(problem) && !tiled_choices(problem, profile).empty();
+    const bool fits = is_dense(problem) && !tiled_choices(problem, profile).empty();
     return fits && wants_many_work_items(profile) ? 4 : 0;
 }
 
@@ -120,7 +125,7 @@ std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile&
 }
 
 int prefer_direct(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = is_plain_image(problem) && !direct_choices(problem, profile).empty();
+    const bool fits = is_dense(problem) && !direct_choices(problem, profile).empty();
     return fits && !wants_many_work_items(profile) ? 3 : 0;
 }
 
@@ -174,7 +179,7 @@ std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfil
 }
 
 int prefer_winograd(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = is_plain_image(problem) && !winograd_choices(problem, profile).empty();
+    const bool fits = is_dense(problem) && !winograd_choices(problem, profile).empty();
     return fits && !wants_many_work_items(profile) ? 4 : 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace clarus::runtime {
@@ -40,6 +41,8 @@ std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile)
     return {group(16, 8), group(32, 4), group(64, 1)};
 }
 
+std::vector<Choices> single_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
+
 std::array<size_t, 2> group_size(const Choices& choices) {
     return {static_cast<size_t>(choices.at("WG_X")), static_cast<size_t>(choices.at("WG_Y"))};
 }
@@ -47,6 +50,18 @@ std::array<size_t, 2> group_size(const Choices& choices) {
 std::array<size_t, 2> pixels(const TensorLayout& layout) {
     return {static_cast<size_t>(layout.width), static_cast<size_t>(layout.height)};
 }
+
+std::array<size_t, 2> strips(const TensorLayout& layout, int width, int height) {
+    return {static_cast<size_t>((layout.width + width - 1) / width),
+            static_cast<size_t>((layout.height + height - 1) / height)};
+}
+
+int source_span(int pixels, double scale, int taps) {
+    // Whole parts of two coordinates are no farther apart than these are, rounded up; or one more by rounding errors.
+    return static_cast<int>(std::ceil((pixels - 1) / scale)) + 1 + taps;
+}
+
+bool has_quads(const TensorLayout& layout) { return layout.block == 1 && layout.stride == 4; }
 
 std::string_view opencl_type(ElementType type) {
     switch (type) {

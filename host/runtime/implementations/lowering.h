@@ -27,11 +27,22 @@ std::string scale_options(double scale);
 std::vector<Choices> group_choices(const Problem& problem, const DeviceProfile& profile);
 std::array<size_t, 2> group_size(const Choices& choices);
 
+/// One-item groups, for kernels that say themselves what is a vector.
+std::vector<Choices> single_choices(const Problem& problem, const DeviceProfile& profile);
+
 /// A work-item for each pixel.
 std::array<size_t, 2> pixels(const TensorLayout& layout);
+/// A work-item for each strip of so many pixels.
+std::array<size_t, 2> strips(const TensorLayout& layout, int width, int height);
+
+/// The most source pixels under so many of an image `scale` times as large and the taps around each.
+int source_span(int pixels, double scale, int taps);
 
 /// The OpenCL type of the caller's elements.
 std::string_view opencl_type(ElementType type);
+
+/// Whether pixels are four elements one after another.
+bool has_quads(const TensorLayout& layout);
 
 /// The preference of an implementation that runs everywhere.
 int obvious(const Problem& problem, const DeviceProfile& profile);

@@ -10,14 +10,15 @@ namespace {
 
 using graph::Step;
 
-// 1 / (1 + e^-a) with an error below 1e-6. Never NaN: a NaN counts as -∞.
+// 1 / (1 + e^-a) with an error below 1e-6. Never NaN: a NaN counts as -∞. tanh(a) = 2 sigmoid(2a) - 1.
 constexpr std::string_view kSigmoid = R"(
 #define DEFINE_SIGMOID(real)                                      \
     inline real sigmoid_##real(real a) {                          \
         a = (-87.0f < a) ? a : (real)(-87.0f);                    \
         a = (a < 87.0f) ? a : (real)(87.0f);                      \
         return 1.0f / (1.0f + exp2_##real(a * -1.44269504f));     \
-    }
+    }                                                             \
+    inline real tanh_##real(real a) { return 2.0f * sigmoid_##real(2.0f * a) - 1.0f; }
 )";
 
 std::string vector_type(std::string_view scalar, int width) {
@@ -127,25 +128,85 @@ class Access {
     int cell_;
 };
 
-std::string expression(const Step& step, const std::vector<std::string>& operands, int width) {
+/// Channel c of a step that treats channels alike.
+std::string expression(const Step& step, const std::vector<std::string>& operands, int c, int width) {
     const std::string type = vector_type("float", width);
     switch (step.function) {
         case Step::Function::sigmoid:
             return fmt::format("sigmoid_{}({})", type, operands[0]);
         case Step::Function::mix:
             return fmt::format("MAD({2}, {0} - {1}, {1})", operands[0], operands[1], operands[2]);
+        case Step::Function::tanh:
+            return fmt::format("tanh_{}({})", type, operands[0]);
+        case Step::Function::prelu:
+            return fmt::format("{0} > 0 ? {0} : {0} * {1:.9e}f", operands[0], step.coefficients[c]);
+        case Step::Function::sum:
+            return fmt::format("{} + {}", operands[0], operands[1]);
+        case Step::Function::difference:
+            return fmt::format("fabs({} - {})", operands[0], operands[1]);
+        case Step::Function::product:
+            return fmt::format("{} * {}", operands[0], operands[1]);
+        case Step::Function::linear: {
+            std::string sum = fmt::format("({})({:.9e}f)", type, step.addend);
+            for (size_t i = 0; i < operands.size(); ++i)
+                sum = fmt::format("MAD({}, ({})({:.9e}f), {})", operands[i], type, step.coefficients[i], sum);
+            return sum;
+        }
         case Step::Function::clamp:
             // A NaN becomes the lower limit: it must not get into a state.
             return fmt::format("({1:.9e}f < {0}) ? (({0} < {2:.9e}f) ? {0} : ({3})({2:.9e}f)) : ({3})({1:.9e}f)",
                                operands[0], step.low, step.high, type);
         case Step::Function::round:
             return fmt::format("floor({} + 0.5f)", operands[0]);
-        case Step::Function::sum:
-            return fmt::format("{} + {}", operands[0], operands[1]);
-        case Step::Function::difference:
-            return fmt::format("fabs({} - {})", operands[0], operands[1]);
+        case Step::Function::softmax:
+        case Step::Function::channel_maximum:
+        case Step::Function::channel_sum:
+            break;
     }
     throw std::logic_error("unknown pointwise function");
+}
+
+bool is_across_channels(const Step& step) {
+    return step.function == Step::Function::softmax || step.function == Step::Function::channel_maximum ||
+           step.function == Step::Function::channel_sum;
+}
+
+/// The values' sum or maximum.
+std::string reduced(const std::vector<std::string>& values, bool maximum) {
+    std::string result = values.front();
+    for (size_t i = 1; i < values.size(); ++i)
+        result = fmt::format(fmt::runtime(maximum ? "fmax({}, {})" : "{} + {}"), result, values[i]);
+    return result;
+}
+
+/// A step across channels: the definitions of its results, in variables whose names begin with `name` and end with the
+/// channel's number, from those of its operand.
+std::string across_channels(const Step& step, const std::vector<std::string>& operand, const std::string& name,
+                            int width) {
+    const std::string type = vector_type("float", width);
+    const int channels = static_cast<int>(operand.size()) / step.groups;
+    std::string code;
+    for (int group = 0; group < step.groups; ++group) {
+        const auto begin = operand.begin() + group * channels;
+        const std::vector<std::string> members(begin, begin + channels);
+        if (step.function != Step::Function::softmax) {
+            code += fmt::format("    const {} {}{} = {};\n", type, name, group,
+                                reduced(members, step.function == Step::Function::channel_maximum));
+            continue;
+        }
+        const std::string most = fmt::format("{}most{}", name, group), total = fmt::format("{}total{}", name, group);
+        code += fmt::format("    const {} {} = {};\n", type, most, reduced(members, true));
+        std::vector<std::string> powers;
+        for (const std::string& member : members) {
+            powers.push_back(fmt::format("{}power{}", name, group * channels + powers.size()));
+            code += fmt::format("    const {0} {1} = exp2_{0}(fmax(({2} - {3}) * 1.44269504f, -126.0f));\n", type,
+                                powers.back(), member, most);
+        }
+        code += fmt::format("    const {} {} = 1.0f / ({});\n", type, total, reduced(powers, false));
+        for (int c = 0; c < channels; ++c)
+            code += fmt::format("    const {} {}{} = {} * {};\n", type, name, group * channels + c, powers[c], total);
+    }
+    return code;
 }
 
 /// The program for some of a cell's pixels. Variable vN_C is channel C of operand N.
@@ -168,10 +229,17 @@ std::string body(const graph::Pointwise& program, const std::vector<Access>& inp
         const int operand = static_cast<int>(channels.size());
         int count = 1;
         for (const int from : step.operands) count = std::max(count, channels[from]);
+        if (is_across_channels(step)) {
+            std::vector<std::string> operands;
+            for (int c = 0; c < count; ++c) operands.push_back(variable(step.operands[0], c));
+            code += across_channels(step, operands, fmt::format("v{}_", operand), pixels.width);
+            channels.push_back(step.function == Step::Function::softmax ? count : step.groups);
+            continue;
+        }
         for (int c = 0; c < count; ++c) {
             std::vector<std::string> operands;
             for (const int from : step.operands) operands.push_back(variable(from, c));
-            define(operand, c, expression(step, operands, pixels.width));
+            define(operand, c, expression(step, operands, c, pixels.width));
         }
         channels.push_back(count);
     }

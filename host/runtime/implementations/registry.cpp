@@ -12,6 +12,12 @@ struct ByOperator {
         return upsample_motion_implementations();
     }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
+    std::span<const Implementation> operator()(const graph::Easu&) const { return easu_implementations(); }
+    std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
+    std::span<const Implementation> operator()(const graph::ForemostMotion&) const {
+        return foremost_motion_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Accumulate&) const { return accumulate_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
     std::span<const Implementation> operator()(const graph::Pick&) const { return pick_implementations(); }

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <cmath>
 #include <stdexcept>
 
 #include "runtime/implementations/lowering.h"
@@ -39,31 +38,24 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 }
 
 int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
-    const TensorLayout& in = problem.inputs[0];
-    const bool fits = in.channels == 3 && in.block == 1 && in.stride == 4 && problem.output.block == 1;
+    const bool fits = problem.inputs[0].channels == 3 && has_quads(problem.inputs[0]) && problem.output.block == 1;
     return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
-
-std::vector<Choices> strip_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
 
 Lowered lower_strips(const Problem& problem, const Choices& choices) {
     const auto& resample = std::get<graph::Resample>(problem.node.op);
     Lowered lowered = lower_plain(problem, choices);
-    KernelCall& call = lowered.call;
-    call.entry = "resample_strip";
-    // Whole parts of two coordinates are no farther apart than these are, rounded up; or one more by rounding errors.
-    const int apart = static_cast<int>(std::ceil((kStripPixels - 1) / resample.scale)) + 1;
-    const int span = apart + taps(resample.filter);
-    call.options += fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kStripPixels, kStripRows, span);
-    call.global = {call.global[0] / kStripPixels + (call.global[0] % kStripPixels > 0),
-                   call.global[1] / kStripRows + (call.global[1] % kStripRows > 0)};
+    lowered.call.entry = "resample_strip";
+    lowered.call.options += fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kStripPixels, kStripRows,
+                                        source_span(kStripPixels, resample.scale, taps(resample.filter)));
+    lowered.call.global = strips(problem.output, kStripPixels, kStripRows);
     return lowered;
 }
 
 }  // namespace
 
 std::span<const Implementation> resample_implementations() {
-    static const Implementation implementations[] = {{"resample strips", prefer_strips, strip_choices, lower_strips},
+    static const Implementation implementations[] = {{"resample strips", prefer_strips, single_choices, lower_strips},
                                                      {"resample", obvious, group_choices, lower_plain}};
     return implementations;
 }

@@ -13,13 +13,35 @@ import os
 import numpy as np
 import torch
 
-from . import enss, mnss, model_file, nsrr, operators, safetensors, srpo
+from . import enss, mnss, model_file, nsrr, operators, safetensors, srpo, stack
 from .frame import Frame
 
 FRAMES = 8
 RESET_AT = 5
 INSIDE_AT = 3
 HALTON = operators.halton_jitter()
+
+# Of every kind, with groups and strides, on parts of the channels.
+EVERY_LAYER = (
+    [
+        stack.convolution("a", 3, stride=2),
+        {"type": "relu"},
+        stack.convolution("b", 5, groups=4),
+        {"type": "relu", "channels": [0, 3]},
+        {"type": "tanh", "channels": [3, 5]},
+        {"type": "sigmoid", "channels": [6, 4]},
+        {"type": "transposed_convolution", "tensor": "c", "size": 4, "stride": 2, "groups": 2},
+        {"type": "prelu", "tensor": "c.prelu"},
+        {"type": "softmax", "channels": [2, 6], "groups": 3},
+        {"type": "product", "channels": [0, 4]},
+        stack.convolution("d", 1),
+        {"type": "depth_to_space", "scale": 2},
+        {"type": "maximum", "groups": 6},
+        {"type": "sum", "groups": 3},
+        {"type": "residual", "filter": "bicubic"},
+    ],
+    {"a": 8, "b": 12, "c": 10, "c.prelu": 1, "d": 48},
+)
 
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
 # motion was sampled where colour was.
@@ -45,6 +67,16 @@ CASES = {
         "srpo_x2": dict(scale=2, size=(13, 9)),
         "srpo_x3": dict(scale=3, size=(9, 8)),
         "srpo_x5_1x1": dict(scale=5, size=(1, 1)),
+    },
+    "stack": {
+        "stack_espcn_x2": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1)),
+        "stack_espcn_rgb_x3": dict(scale=3, size=(9, 7), color="rgb", layers=stack.espcn(3, 3, (16, 12))),
+        "stack_fsrcnn_x3": dict(scale=3, size=(11, 7), color="luma", layers=stack.fsrcnn(3, 1)),
+        "stack_esr_max_x2": dict(scale=2, size=(13, 9), color="luma", layers=stack.edge_sr("max", 2, 2, 3)),
+        "stack_esr_tm_x2": dict(scale=2, size=(13, 9), color="luma", layers=stack.edge_sr("tm", 2, 4, 7)),
+        "stack_esr_tr_x3": dict(scale=3, size=(7, 5), color="luma", layers=stack.edge_sr("tr", 3, 2, 5)),
+        "stack_all_x2": dict(scale=2, size=(14, 10), color="rgb", layers=EVERY_LAYER),
+        "stack_1x1": dict(scale=2, size=(1, 1), color="luma", layers=stack.fsrcnn(2, 1, 8, 4, 1)),
     },
 }
 
@@ -73,6 +105,20 @@ def random_mnss(generator, scale, **_):
 
 def random_srpo(generator, scale, **_):
     return random_weights(generator, srpo.Srpo(scale), 1.2)
+
+
+def random_stack(generator, scale, color, layers, **_):
+    """Weights that add up to about 1 where there are no biases to centre the result."""
+    network = random_weights(generator, stack.Stack(scale, *layers, color), 0.7)
+    modules = [module for module in network.module_list if hasattr(module, "weight") and module.weight.ndim == 4]
+    with torch.no_grad():
+        if modules[-1].bias is not None:
+            modules[-1].bias.add_(0.4)
+        else:
+            modules[-1].weight.add_(0.9 / modules[-1].weight[0].numel())
+        for parameter in network.parameters():
+            parameter.copy_(parameter.half().float())
+    return network
 
 
 def random_enss(generator, scale, features, middle, table=None, hidden=None, **_):
@@ -120,7 +166,13 @@ def random_enss(generator, scale, features, middle, table=None, hidden=None, **_
     return network
 
 
-RANDOM_NETWORKS = {"enss": random_enss, "nsrr": random_nsrr, "mnss": random_mnss, "srpo": random_srpo}
+RANDOM_NETWORKS = {
+    "enss": random_enss,
+    "nsrr": random_nsrr,
+    "mnss": random_mnss,
+    "srpo": random_srpo,
+    "stack": random_stack,
+}
 
 
 def random_inputs(generator, size, away=0.0, table=None, jittered=False, **_):

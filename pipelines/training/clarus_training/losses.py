@@ -12,6 +12,7 @@ def of_clip(network, frames, reference, criterion):
 
 
 l1 = F.l1_loss
+l2 = F.mse_loss
 
 
 def l1_steady(output, reference):
@@ -25,7 +26,7 @@ def l1_steady(output, reference):
 
 def l1_l2(output, reference):
     """L1, and as much again for an error of 0.1, more for a larger one: ghosts are few, large errors."""
-    return l1(output, reference) + 10 * F.mse_loss(output, reference)
+    return l1(output, reference) + 10 * l2(output, reference)
 
 
 def ssim_map(image, reference):
@@ -58,4 +59,4 @@ def ssim_l1(output, reference):
     return ssim(output, reference) + l1(output, reference)
 
 
-LOSSES = {"l1": l1, "l1-steady": l1_steady, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}
+LOSSES = {"l1": l1, "l2": l2, "l1-steady": l1_steady, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}

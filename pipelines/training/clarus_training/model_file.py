@@ -13,15 +13,15 @@ def rounding(half):
 
 def save(path, network, jitters=None, mlp=False, half=False):
     """Writes a model; `half` stores all but jitters in half precision. For `jitters` and `mlp`: enss.model_tensors."""
-    from .pipelines import PIPELINES
+    from .pipelines import FILES
 
-    safetensors.save(path, *PIPELINES[network.pipeline].model_tensors(network, jitters, mlp, half))
+    safetensors.save(path, *FILES[network.pipeline].model_tensors(network, jitters, mlp, half))
 
 
 def load(path):
     """The network of a model file, in single precision."""
-    from .pipelines import PIPELINES
+    from .pipelines import FILES
 
     tensors, metadata = safetensors.load(path)
     loaded = {name: torch.tensor(array.astype(np.float32)) for name, array in tensors.items()}
-    return PIPELINES[metadata["pipeline"]].load_model(loaded, metadata)
+    return FILES[metadata["pipeline"]].load_model(loaded, metadata)

@@ -7,7 +7,7 @@ import unittest
 
 import torch
 
-from clarus_training import enss, frame, mnss, model_file, nsrr, operators, srpo
+from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, operators, srpo, stack
 from clarus_training.frame import Frame
 
 
@@ -31,6 +31,7 @@ def networks(scale=2):
         "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
         "mnss": mnss.create(scale),
         "srpo": srpo.create(scale),
+        "espcn": espcn.create(scale, (4, 6)),
     }
 
 
@@ -48,6 +49,17 @@ class Networks(unittest.TestCase):
 
         self.assertEqual(count(srpo.create(2)), 8434)
         self.assertEqual(count(mnss.create(3)), layers(4, 1) + layers(6, 8, 3) + layers(3, 16, 32, 32, 3))
+        # SRPO's table 1: 12.64K, 8.10K, 1.57K, 0.6K and 0.036K.
+        for wanted, layers_and_widths in (
+            (12637, stack.fsrcnn(2, 1)),
+            (8096, stack.espcn(2, 1)),
+            (1568, stack.edge_sr("tm", 2, 4, 7)),
+            (600, stack.edge_sr("tr", 2, 2, 5)),
+            (36, stack.edge_sr("max", 2, 1, 3)),
+        ):
+            network = stack.Stack(2, *layers_and_widths, "luma")
+            slopes = sum(count(module) for module in network.modules() if isinstance(module, torch.nn.PReLU))
+            self.assertEqual(count(network) - slopes, wanted)
         features, reweighting = layers(4, 32, 32, 8), layers(20, 32, 32, 4)
         for width in (32, 16):
             unet = layers(60, 2 * width, width) + layers(width, 2 * width, 2 * width)
@@ -83,7 +95,7 @@ class Networks(unittest.TestCase):
             mixed, _ = network.step(half, state)
             self.assertLess((mixed[0] - reset[0]).abs().max().item(), 1e-5, name)
             self.assertLess((mixed[1] - continued[1]).abs().max().item(), 1e-5, name)
-            if name not in ("srpo", "nsrr alone"):
+            if name not in ("srpo", "espcn", "nsrr alone"):
                 self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
 
     def test_ablations(self):
@@ -113,6 +125,31 @@ class Networks(unittest.TestCase):
                 loaded = model_file.load(path)
                 for ours, theirs in zip(frame.run(network, clip), frame.run(loaded, clip)):
                     self.assertTrue(torch.equal(ours, theirs), name)
+
+    def test_a_file_holds_a_stack_of_every_layer(self):
+        clip = frames(1, height=4, width=6)
+        for color, layers in (("rgb", golden.EVERY_LAYER), ("luma", stack.fsrcnn(2, 1)), ("luma", stack.edge_sr("tr", 2, 2, 5))):
+            network = stack.Stack(2, *layers, color)
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "model.safetensors")
+                model_file.save(path, network)
+                self.assertTrue(torch.equal(frame.run(network, clip)[0], frame.run(model_file.load(path), clip)[0]))
+
+    def test_layers(self):
+        x = torch.rand(1, 6, 2, 2)
+
+        def result(*layers, widths={}):
+            return stack.Stack(1, list(layers), widths).run_layers(x)
+
+        a, b = x.chunk(2, dim=1)
+        self.assertTrue(torch.equal(result({"type": "product"}), a * b))
+        part = result({"type": "product", "channels": [1, 2]})
+        self.assertTrue(torch.equal(part, torch.cat((x[:, :1], x[:, 1:2] * x[:, 2:3], x[:, 3:]), dim=1)))
+        self.assertTrue(torch.equal(result({"type": "maximum", "groups": 2}), torch.cat([y.amax(1, True) for y in (a, b)], 1)))
+        self.assertTrue(torch.allclose(result({"type": "sum"}), x.sum(dim=1, keepdim=True)))
+        softmax = result({"type": "softmax", "channels": [2, 4], "groups": 2})
+        self.assertTrue(torch.equal(softmax[:, :2], x[:, :2]))
+        self.assertTrue(torch.allclose(softmax[:, 2:4], x[:, 2:4].softmax(dim=1)))
 
     def test_tensor_names(self):
         names = {name.rsplit(".", 1)[0] for name in nsrr.create(scale=2).state_dict()}

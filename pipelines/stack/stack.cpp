@@ -1,0 +1,381 @@
+#include <algorithm>
+#include <array>
+#include <initializer_list>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "io/json_reader.h"
+#include "pipelines/pipeline.h"
+
+// A network of plain layers, told by its model file (pipelines/stack/README.md).
+namespace clarus::pipelines {
+namespace {
+
+using graph::Activation;
+using graph::Filter;
+using graph::Graph;
+using graph::Parameters;
+using graph::Resource;
+using graph::Shape;
+using graph::Shift;
+using graph::Value;
+using io::JsonNode;
+
+constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8;
+
+int ceil_divide(int value, int by) { return (value + by - 1) / by; }
+
+/// What flows from layer to layer: an image, of which consecutive channels may be values of their own.
+class Flow {
+  public:
+    Flow(Graph& graph, Value image) : graph_(graph), parts_{image} {}
+
+    int channels() const {
+        return std::accumulate(parts_.begin(), parts_.end(), 0,
+                               [&](int sum, Value part) { return sum + graph_.shape(part).channels; });
+    }
+    const Shape& part_shape() const { return graph_.shape(parts_.front()); }
+
+    Value whole() {
+        if (parts_.size() > 1) parts_ = {graph_.concat(parts_)};
+        return parts_.front();
+    }
+    Value channels(int first, int count) {
+        int begin = 0;
+        for (const Value part : parts_) {
+            const int end = begin + graph_.shape(part).channels;
+            if (first >= begin && first + count <= end)
+                return count == end - begin ? part : graph_.slice(part, first - begin, count);
+            begin = end;
+        }
+        return graph_.slice(whole(), first, count);
+    }
+    void replace(Value image) { parts_ = {image}; }
+    void replace(int first, int count, Value image) {
+        const int rest = channels() - first - count;
+        std::vector<Value> parts;
+        if (first > 0) parts.push_back(channels(0, first));
+        parts.push_back(image);
+        if (rest > 0) parts.push_back(channels(first + count, rest));
+        parts_ = std::move(parts);
+    }
+
+  private:
+    Graph& graph_;
+    std::vector<Value> parts_;
+};
+
+/// The transposed convolution with these weights [in][out / groups][size][size] as a convolution whose result is to
+/// go from depth to space: pixel s·q + r takes input q + d by the tap r + padding − s·d.
+Parameters transposed(const std::vector<float>& weights, const std::vector<float>& biases, int in, int out, int groups,
+                      int size, int stride, int padding) {
+    const int radius = std::max((stride - 1 + padding) / stride, (size - 1 - padding) / stride);
+    const int group_in = in / groups, group_out = out / groups;
+    Parameters result{out * stride * stride, in};
+    result.kernel = 2 * radius + 1;
+    result.groups = groups;
+    result.weights.reserve(result.weights_per_set());
+    for (int channel = 0; channel < result.out_channels; ++channel) {
+        const int o = channel / (stride * stride), row = channel / stride % stride, column = channel % stride;
+        result.biases.push_back(biases[o]);
+        for (int i = 0; i < group_in; ++i) {
+            const size_t source = static_cast<size_t>(o / group_out * group_in + i) * group_out + o % group_out;
+            for (int dy = -radius; dy <= radius; ++dy) {
+                for (int dx = -radius; dx <= radius; ++dx) {
+                    const int y = row + padding - stride * dy, x = column + padding - stride * dx;
+                    const bool is_tap = y >= 0 && y < size && x >= 0 && x < size;
+                    result.weights.push_back(is_tap ? weights[(source * size + y) * size + x] : 0);
+                }
+            }
+        }
+    }
+    return result;
+}
+
+class Builder {
+  public:
+    Builder(const io::Safetensors& model, int scale, Size render)
+        : model_(model),
+          where_(model.path().string() + ", metadata \"layers\""),
+          scale_(scale),
+          render_(render),
+          is_luma_(reads_luma(model)),
+          color_(graph_.input(Resource::color, render)),
+          seen_(is_luma_ ? luma(color_, "luma") : color_),
+          flow_(graph_, seen_) {}
+
+    Graph build() && {
+        const nlohmann::json document = io::parse_json(model_.require_metadata("layers"), where_);
+        const std::vector<JsonNode> layers = JsonNode(document, where_).items();
+        for (size_t i = 0; i < layers.size(); ++i) {
+            number_ = static_cast<int>(i);
+            const bool relu_follows =
+                i + 1 < layers.size() && layers[i + 1]["type"].text() == "relu" && !layers[i + 1].find("channels");
+            // A rectifier after a convolution is a part of it.
+            if (add(layers[i], relu_follows)) ++i;
+        }
+        finish();
+        return std::move(graph_);
+    }
+
+  private:
+    static bool reads_luma(const io::Safetensors& model) {
+        const auto found = model.metadata().find("network_color");
+        if (found == model.metadata().end() || found->second == "rgb") return false;
+        if (found->second == "luma") return true;
+        fail(ErrorKind::file, "{}: the metadata \"network_color\" must be rgb or luma, not \"{}\"",
+             model.path().string(), found->second);
+    }
+
+    std::string name(std::string_view kind) const { return std::string(kind) + " " + std::to_string(number_); }
+
+    Value luma(Value color, std::string name) {
+        return graph_.linear({graph_.slice(color, 0, 1), graph_.slice(color, 1, 1), graph_.slice(color, 2, 1)},
+                             {0.299f, 0.587f, 0.114f}, 0, std::move(name));
+    }
+
+    /// Refuses keys that a layer of this type does not have.
+    static void expect_keys(const JsonNode& layer, std::initializer_list<std::string_view> keys) {
+        for (const auto& [key, value] : layer.members()) {
+            if (key == "type" || std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+            std::string known = "type";
+            for (const std::string_view each : keys) known += ", " + std::string(each);
+            value.refuse("left out; a layer of this type has the fields " + known);
+        }
+    }
+
+    static int integer_or(const JsonNode& layer, const std::string& key, int low, int high, int otherwise) {
+        const auto value = layer.find(key);
+        return value ? static_cast<int>(value->integer(low, high)) : otherwise;
+    }
+
+    /// How many groups of so many channels each.
+    int groups_of(const JsonNode& layer, int channels) const {
+        const int groups = integer_or(layer, "groups", 1, channels, 1);
+        if (channels % groups != 0)
+            layer["groups"].refuse("a divisor of the " + std::to_string(channels) + " channels there are");
+        return groups;
+    }
+
+    std::vector<float> biases(const std::string& tensor, int count) const {
+        if (!model_.has(tensor + ".bias")) return std::vector<float>(count);
+        return model_.require(tensor + ".bias", std::array<int64_t, 1>{count}).floats();
+    }
+
+    int out_channels(const std::string& tensor, int64_t extent, int groups) const {
+        if (extent < 1 || extent > kMostChannels || extent % groups != 0)
+            fail(ErrorKind::file, "{}: tensor {} makes {} channels; from 1 to {} in {} equal groups are possible",
+                 model_.path().string(), tensor, extent, kMostChannels, groups);
+        return static_cast<int>(extent);
+    }
+
+    void convolution(const JsonNode& layer, bool relu) {
+        expect_keys(layer, {"tensor", "size", "stride", "groups"});
+        const std::string tensor = layer["tensor"].text();
+        const int in = flow_.channels();
+        Parameters parameters{0, in};
+        parameters.kernel = static_cast<int>(layer["size"].integer(1, kLargestKernel));
+        if (parameters.kernel % 2 == 0) layer["size"].refuse("odd");
+        parameters.groups = groups_of(layer, in);
+        parameters.stride = integer_or(layer, "stride", 1, kLargestScale, 1);
+        const int64_t size = parameters.kernel;
+        const io::Tensor& weights =
+            model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / parameters.groups, size, size});
+        parameters.out_channels = out_channels(tensor + ".weight", weights.shape[0], parameters.groups);
+        parameters.weights = weights.floats();
+        parameters.biases = biases(tensor, parameters.out_channels);
+        shrunk_ *= parameters.stride;
+        if (kMostShrunk % shrunk_ != 0)
+            layer["stride"].refuse("one by which the image is shrunk by a divisor of " + std::to_string(kMostShrunk) +
+                                   " in all");
+        flow_.replace(graph_.convolution(flow_.whole(), std::move(parameters),
+                                         relu ? Activation::relu : Activation::none, name("convolution")));
+    }
+
+    void transposed_convolution(const JsonNode& layer, bool relu) {
+        expect_keys(layer, {"tensor", "size", "stride", "groups", "padding"});
+        const std::string tensor = layer["tensor"].text();
+        const int in = flow_.channels();
+        const int size = static_cast<int>(layer["size"].integer(1, kLargestKernel)), groups = groups_of(layer, in);
+        const int stride = static_cast<int>(layer["stride"].integer(1, kLargestScale));
+        const int padding = integer_or(layer, "padding", 0, size - 1, (size - 1) / 2);
+        const int output_padding = stride + 2 * padding - size;
+        if (output_padding < 0 || output_padding >= stride)
+            fail(ErrorKind::file,
+                 "{}: layer {} does not make images {} times as large: with size {} the padding must be such that "
+                 "stride + 2 padding - size is from 0 to {}, but it is {}",
+                 where_.string(), number_, stride, size, stride - 1, output_padding);
+        const io::Tensor& weights = model_.require(tensor + ".weight", std::array<int64_t, 4>{in, -1, size, size});
+        const int out = out_channels(tensor + ".weight", weights.shape[1] * groups, groups);
+        Parameters parameters =
+            transposed(weights.floats(), biases(tensor, out), in, out, groups, size, stride, padding);
+        const Value result = graph_.convolution(flow_.whole(), std::move(parameters),
+                                                relu ? Activation::relu : Activation::none, name("convolution"));
+        grow(stride, result);
+    }
+
+    void grow(int scale, Value image) {
+        grown_ *= scale;
+        flow_.replace(scale > 1 ? graph_.depth_to_space(image, scale) : image);
+    }
+
+    /// Which channels a layer is for: all of them unless it says so.
+    std::pair<int, int> range_of(const JsonNode& layer) const {
+        const int channels = flow_.channels();
+        const auto range = layer.find("channels");
+        if (!range) return {0, channels};
+        const std::vector<JsonNode> numbers = range->items(2);
+        const int first = static_cast<int>(numbers[0].integer(0, channels - 1));
+        return {first, static_cast<int>(numbers[1].integer(1, channels - first))};
+    }
+
+    void prelu(const JsonNode& layer) {
+        expect_keys(layer, {"tensor"});
+        const std::string tensor = layer["tensor"].text() + ".weight";
+        const int channels = flow_.channels();
+        const io::Tensor& slopes = model_.require(tensor, std::array<int64_t, 1>{-1});
+        if (slopes.shape[0] != 1) model_.require(tensor, std::array<int64_t, 1>{channels});
+        std::vector<float> values = slopes.floats();
+        values.resize(channels, values.front());
+        flow_.replace(graph_.prelu(flow_.whole(), std::move(values), name("prelu")));
+    }
+
+    void product(const JsonNode& layer) {
+        expect_keys(layer, {"channels"});
+        const auto [first, count] = range_of(layer);
+        if (count % 2 != 0)
+            fail(ErrorKind::file, "{}: layer {} is the product of halves, of {} channels", where_.string(), number_,
+                 count);
+        const int half = count / 2;
+        const Value result =
+            graph_.product(flow_.channels(first, half), flow_.channels(first + half, half), name("product"));
+        flow_.replace(first, count, result);
+    }
+
+    void residual(const JsonNode& layer) {
+        expect_keys(layer, {"filter"});
+        const Filter filter = layer["filter"].choice<Filter>({{"nearest", Filter::nearest},
+                                                              {"bilinear", Filter::bilinear},
+                                                              {"bicubic", Filter::bicubic},
+                                                              {"lanczos", Filter::lanczos}});
+        const Shape added{graph_.shape(seen_).channels, grown_ * ceil_divide(render_.height, shrunk_),
+                          grown_ * ceil_divide(render_.width, shrunk_)};
+        if (flow_.channels() != added.channels || grown_ % shrunk_ != 0)
+            fail(
+                ErrorKind::file,
+                "{}: layer {} adds the {} channels of the input, made a whole number of times as large, to {} channels "
+                "of {}/{} of its size",
+                where_.string(), number_, added.channels, flow_.channels(), grown_, shrunk_);
+        const Value upsampled = grown_ == shrunk_ ? seen_
+                                                  : graph_.resample(seen_, filter, grown_ / shrunk_,
+                                                                    {added.width, added.height}, Shift::none);
+        require_whole_size();
+        flow_.replace(graph_.sum(flow_.whole(), upsampled, name("residual")));
+    }
+
+    /// Adds a layer; whether it was the rectifier after it, too.
+    bool add(const JsonNode& layer, bool relu_follows) {
+        const std::string type = layer["type"].text();
+        if (type == "convolution") {
+            convolution(layer, relu_follows);
+            return relu_follows;
+        }
+        if (type == "transposed_convolution") {
+            transposed_convolution(layer, relu_follows);
+            return relu_follows;
+        }
+        if (type == "prelu") {
+            prelu(layer);
+        } else if (type == "product") {
+            product(layer);
+        } else if (type == "residual") {
+            residual(layer);
+        } else if (type == "depth_to_space") {
+            expect_keys(layer, {"scale"});
+            const int scale = static_cast<int>(layer["scale"].integer(2, kLargestScale));
+            if (flow_.channels() % (scale * scale) != 0)
+                layer["scale"].refuse("one whose square divides the " + std::to_string(flow_.channels()) +
+                                      " channels there are");
+            grow(scale, flow_.whole());
+        } else if (type == "relu" || type == "tanh" || type == "sigmoid" || type == "softmax") {
+            across(layer, type);
+        } else if (type == "maximum" || type == "sum") {
+            expect_keys(layer, {"groups"});
+            const int groups = groups_of(layer, flow_.channels());
+            flow_.replace(type == "sum" ? graph_.channel_sum(flow_.whole(), groups, name("sum"))
+                                        : graph_.channel_maximum(flow_.whole(), groups, name("maximum")));
+        } else {
+            layer["type"].refuse(
+                "one of convolution, transposed_convolution, prelu, relu, tanh, sigmoid, softmax, maximum, sum, "
+                "product, "
+                "depth_to_space, residual");
+        }
+        return false;
+    }
+
+    /// What leaves as many channels as there are.
+    void across(const JsonNode& layer, const std::string& type) {
+        if (type == "softmax")
+            expect_keys(layer, {"channels", "groups"});
+        else
+            expect_keys(layer, {"channels"});
+        const auto [first, count] = range_of(layer);
+        const Value part = flow_.channels(first, count);
+        Value result = part;
+        if (type == "relu") result = graph_.prelu(part, std::vector<float>(count), name(type));
+        if (type == "tanh") result = graph_.tanh(part, name(type));
+        if (type == "sigmoid") result = graph_.sigmoid(part, name(type));
+        if (type == "softmax") result = graph_.softmax(part, groups_of(layer, count), name(type));
+        flow_.replace(first, count, result);
+    }
+
+    /// Where strides have not divided the image, there is more of it now than there should be.
+    void require_whole_size() const {
+        if (render_.width % shrunk_ != 0 || render_.height % shrunk_ != 0)
+            fail(ErrorKind::invalid_argument, "{}: its strides want sides that are multiples of {}, not {}x{}",
+                 model_.path().string(), shrunk_, render_.width, render_.height);
+    }
+
+    void finish() {
+        const int channels = is_luma_ ? 1 : 3;
+        if (flow_.channels() != channels || grown_ != scale_ * shrunk_)
+            fail(ErrorKind::file,
+                 "{}: the last layer leaves {} channels of {}/{} of the input's size; {} of {} are wanted",
+                 where_.string(), flow_.channels(), grown_, shrunk_, channels, scale_);
+        require_whole_size();
+        Value result = flow_.whole();
+        if (is_luma_) {
+            // The other two channels of YCbCr are interpolated: what the luma gains, red, green and blue do.
+            const Value upsampled = graph_.resample(color_, Filter::bicubic, scale_,
+                                                    {scale_ * render_.width, scale_ * render_.height}, Shift::none);
+            const Value gain = graph_.linear({result, luma(upsampled, "luma")}, {1, -1}, 0, "luma gain");
+            result = graph_.sum(upsampled, gain, "color");
+        }
+        graph_.output = graph_.clamp(result, 0, 1, "clamp");
+        graph_.views = {{"input_color", color_}, {"output", graph_.output}};
+    }
+
+    const io::Safetensors& model_;
+    const std::filesystem::path where_;  // for messages
+    const int scale_;
+    const Size render_;
+    const bool is_luma_;
+    Graph graph_;
+    const Value color_;
+    const Value seen_;  // by the network
+    Flow flow_;
+    int grown_ = 1, shrunk_ = 1;  // by the layers so far
+    int number_ = 0;              // of the layer
+};
+
+}  // namespace
+
+graph::Graph build_stack(const io::Safetensors& model, int scale, Size render) {
+    return Builder(model, scale, render).build();
+}
+
+}  // namespace clarus::pipelines

@@ -1,0 +1,176 @@
+"""Plain stacks of layers (pipelines/stack/README.md): the twin of what the program builds from a model file's list.
+
+A list of layers, as in the file's metadata, and the `widths` of its tensors (output channels of convolutions, slopes
+of PReLUs), by the tensor's name, make a network.
+"""
+
+import json
+
+import torch
+from torch import nn
+import torch.nn.functional as F
+
+from . import model_file, operators, srpo
+
+FILTERS = {
+    "nearest": lambda image, scale: F.interpolate(image, scale_factor=scale, mode="nearest"),
+    "bilinear": operators.upsample,
+    "bicubic": operators.keys_upsample,
+    "lanczos": srpo.lanczos_upsample,
+}
+
+
+class Stack(nn.Module):
+    """The network. It looks at one frame's colour, or at its luma alone, and has no state."""
+
+    pipeline = "stack"
+
+    def __init__(self, scale, layers, widths, network_color="rgb"):
+        super().__init__()
+        self.scale, self.layers, self.network_color = scale, layers, network_color
+        channels = {"rgb": 3, "luma": 1}[network_color]
+        modules = []
+        for layer in layers:
+            modules.append(make_module(layer, channels, widths.get(layer.get("tensor"))))
+            channels = channels_after(layer, channels, widths)
+        self.module_list = nn.ModuleList(modules)
+
+    def ahead(self, frames):
+        return [None] * len(frames)
+
+    def run_layers(self, seen):
+        x = seen
+        for layer, module in zip(self.layers, self.module_list):
+            if layer["type"] == "residual":
+                factor = x.shape[-1] // seen.shape[-1]
+                x = x + (seen if factor == 1 else FILTERS[layer["filter"]](seen, factor))
+            elif "channels" in layer:
+                first, count = layer["channels"]
+                before, part, after = x.split((first, count, x.shape[1] - first - count), dim=1)
+                x = torch.cat((before, apply(layer, module, part), after), dim=1)
+            else:
+                x = apply(layer, module, x)
+        return x.to(seen.dtype)
+
+    def step(self, frame, state=None, ahead=None, inside=None):
+        color = frame.color
+        if self.network_color == "rgb":
+            return self.run_layers(color).clamp(0, 1), None
+        upsampled = operators.keys_upsample(color, self.scale)
+        return (upsampled + self.run_layers(luma(color)) - luma(upsampled)).clamp(0, 1), None
+
+
+def luma(image):
+    return operators.ycbcr(image)[:, :1]
+
+
+def make_module(layer, channels, width):
+    """What holds the layer's tensors; nothing where it has none."""
+    if layer["type"] == "convolution":
+        size, stride, groups = layer["size"], layer.get("stride", 1), layer.get("groups", 1)
+        bias = layer.get("bias", True)
+        return nn.Conv2d(channels, width, size, stride, size // 2, groups=groups, bias=bias)
+    if layer["type"] == "transposed_convolution":
+        size, stride, groups = layer["size"], layer["stride"], layer.get("groups", 1)
+        padding = layer.get("padding", (size - 1) // 2)
+        beyond = stride + 2 * padding - size
+        return nn.ConvTranspose2d(channels, width, size, stride, padding, output_padding=beyond, groups=groups)
+    return nn.PReLU(width) if layer["type"] == "prelu" else nn.Identity()
+
+
+def channels_after(layer, channels, widths):
+    kind = layer["type"]
+    if kind in ("convolution", "transposed_convolution"):
+        return widths[layer["tensor"]]
+    if kind in ("maximum", "sum"):
+        return layer.get("groups", 1)
+    if kind == "product":
+        return channels - layer.get("channels", (0, channels))[1] // 2
+    return channels // layer["scale"] ** 2 if kind == "depth_to_space" else channels
+
+
+def apply(layer, module, x):
+    kind = layer["type"]
+    if kind in ("convolution", "transposed_convolution", "prelu"):
+        return module(x)
+    if kind in ("relu", "tanh", "sigmoid"):
+        return getattr(torch, kind)(x)
+    if kind == "depth_to_space":
+        return operators.depth_to_space(x, layer["scale"])
+    if kind == "product":
+        first, second = x.chunk(2, dim=1)
+        return first * second
+    grouped = x.unflatten(1, (layer.get("groups", 1), -1))
+    if kind == "softmax":
+        return grouped.softmax(dim=2).flatten(1, 2)
+    return grouped.amax(dim=2) if kind == "maximum" else grouped.sum(dim=2)
+
+
+def convolution(tensor, size, **more):
+    return {"type": "convolution", "tensor": tensor, "size": size, **more}
+
+
+def espcn(scale, channels, features=(22, 32)):
+    """Shi et al. 2016; with one channel and these features, SRPO's table 1's."""
+    layers = [
+        convolution("first", 5),
+        {"type": "tanh"},
+        convolution("second", 3),
+        {"type": "tanh"},
+        convolution("last", 3),
+        {"type": "depth_to_space", "scale": scale},
+    ]
+    return layers, dict(first=features[0], second=features[1], last=channels * scale**2)
+
+
+def fsrcnn(scale, channels, features=56, shrunk=12, mappings=4):
+    """Dong et al. 2016."""
+    names = ["extract", "shrink", *(f"map.{i}" for i in range(mappings)), "expand"]
+    sizes = [5, 1, *[3] * mappings, 1]
+    layers, widths = [], {}
+    for name, size, width in zip(names, sizes, [features, shrunk, *[shrunk] * mappings, features]):
+        layers += [convolution(name, size), {"type": "prelu", "tensor": f"{name}.prelu"}]
+        widths[name] = widths[f"{name}.prelu"] = width
+    layers.append({"type": "transposed_convolution", "tensor": "upscale", "size": 9, "stride": scale})
+    return layers, dict(widths, upscale=channels)
+
+
+def edge_sr(kind, scale, features, size):
+    """Navarrete Michelini et al. 2021, of one channel: eSR-MAX, eSR-TM, eSR-TR ("max", "tm", "tr")."""
+    parts = {"max": 1, "tm": 2, "tr": 3}[kind]
+    layers = [convolution("filter", size, bias=False), {"type": "depth_to_space", "scale": scale}]
+    if kind == "max":
+        layers.append({"type": "maximum"})
+    else:
+        if kind == "tr":  # query · key
+            layers.append({"type": "product", "channels": [features, 2 * features]})
+        layers += [{"type": "softmax", "channels": [features, features]}, {"type": "product"}, {"type": "sum"}]
+    return layers, dict(filter=parts * features * scale**2)
+
+
+def model_tensors(network, jitters=None, mlp=False, half=False):
+    array = model_file.rounding(half)
+    tensors = {}
+    for layer, module in zip(network.layers, network.module_list):
+        for key, tensor in module.state_dict().items():
+            tensors[f"{layer['tensor']}.{key}"] = array(tensor)
+    layers = [{key: value for key, value in layer.items() if key != "bias"} for layer in network.layers]
+    facts = dict(pipeline="stack", scale=str(network.scale), network_color=network.network_color)
+    return tensors, dict(facts, layers=json.dumps(layers))
+
+
+def load_model(tensors, metadata):
+    layers, widths = json.loads(metadata["layers"]), {}
+    for layer in layers:
+        if "tensor" not in layer:
+            continue
+        name = layer["tensor"]
+        weight = tensors[f"{name}.weight"]
+        is_transposed = layer["type"] == "transposed_convolution"
+        widths[name] = weight.shape[1] * layer.get("groups", 1) if is_transposed else weight.shape[0]
+        if layer["type"] == "convolution":
+            layer["bias"] = f"{name}.bias" in tensors
+    network = Stack(int(metadata["scale"]), layers, widths, metadata.get("network_color", "rgb"))
+    for layer, module in zip(network.layers, network.module_list):
+        module.load_state_dict({key: tensors[f"{layer['tensor']}.{key}"] for key in module.state_dict()})
+    return network
