@@ -55,8 +55,7 @@ struct UpscalerOptions {
     std::optional<float> sharpness;  // fsr1: how much it sharpens, from 0, not at all, to 1; 0.87 unless told
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
-    float sharpen =
-        0;  // of the output, last: β of MNSS's step 6, from 0 (off) to 1; what the model keeps stays as it is
+    float sharpen = 0;                                  // of the output, last: β of MNSS's step 6, from 0 (off) to 1
     std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
     bool profile = false;            // time every stage with device events
 };
