@@ -50,6 +50,22 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(glob
                motion[AT(MOTION, block_x, block_y, 1)]);
 }
 
+// One work-item warps ROW_PIXELS pixels of a row, one after the other: on a CPU that is faster than pixels as the lanes
+// of vectors, whose taps would be gathered one by one.
+#ifdef ROW_PIXELS
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_row(global const storage* image,
+                                                                          global const float* motion,
+                                                                          global const storage* fallback,
+                                                                          global storage* out, Frame frame) {
+    const int start = (int)get_global_id(0) * ROW_PIXELS, y = get_global_id(1);
+    for (int x = start; x < min(start + ROW_PIXELS, OUT_WIDTH); ++x) {
+        const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
+        warp_pixel(image, fallback, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
+                   motion[AT(MOTION, block_x, block_y, 1)]);
+    }
+}
+#endif
+
 // One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are
 // filtered as vectors of four pixels of four channels, and each source row is filtered along x once. Wants
 // PIXELS_A_VECTOR 8 and an image of four channels whose pixels follow each other without a gap.

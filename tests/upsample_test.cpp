@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "operator_harness.h"
 
@@ -57,6 +59,48 @@ void check_upsampling(graph::Shape in, int scale, graph::Shift shift, Storage st
     check_operator(problem, {image}, frame, expected, storage_tolerance(storage));
 }
 
+/// s · upsample(m, s, J_m): a tap of a vector that is not finite makes the result invalid where its weight along each
+/// axis exceeds 10⁻³, and else adds nothing.
+void check_motion(Size render, int scale, Vec2 jitter) {
+    CAPTURE(scale);
+    CAPTURE(render.width);
+    CAPTURE(jitter.x);
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    std::mt19937 random(3);
+    Planes motion = random_planes({2, render.height, render.width}, random, -9, 9);
+    for (int y = 0; y < render.height; ++y)
+        for (int x = 0; x < render.width; ++x)
+            if (random() % 8 == 0) motion.at(0, x, y) = motion.at(1, x, y) = kNan;
+    const auto tap = [&](int position, float shift, int size, int which) {
+        const double u = (position + 0.5) / scale - 0.5 - shift, whole = std::floor(u);
+        return std::pair{std::clamp(static_cast<int>(whole) + which, 0, size - 1), which ? u - whole : 1 - (u - whole)};
+    };
+    const Planes expected = planes({2, render.height * scale, render.width * scale}, [&](int c, int x, int y) {
+        double sum = 0;
+        for (const int row : {0, 1}) {
+            for (const int column : {0, 1}) {
+                const auto [j, weight_y] = tap(y, jitter.y, render.height, row);
+                const auto [i, weight_x] = tap(x, jitter.x, render.width, column);
+                const float value = motion.at(c, i, j);
+                if (!std::isnan(value))
+                    sum += weight_x * weight_y * value;
+                else if (weight_x > 1e-3 && weight_y > 1e-3)
+                    return kNan;
+            }
+        }
+        return static_cast<float>(scale * sum);
+    });
+    runtime::FrameConstants frame;
+    frame.motion_jitter_x = jitter.x;
+    frame.motion_jitter_y = jitter.y;
+    runtime::Problem problem;
+    problem.node = {graph::UpsampleMotion{scale}, {}, expected.shape, "motion"};
+    problem.inputs = {part_layout(motion.shape, Storage::f32, 1, 4, 0)};
+    problem.output = part_layout(expected.shape, Storage::f32, 1, 4, 1);
+    // Sums of terms up to 45.
+    check_operator(problem, {motion}, frame, expected, 2e-5f);
+}
+
 }  // namespace
 
 TEST_CASE("upsample is bilinear around the jittered samples") {
@@ -66,6 +110,19 @@ TEST_CASE("upsample is bilinear around the jittered samples") {
     check_upsampling({4, 16, 20}, 4, graph::Shift::jitter, Storage::f16, {2, 20, 3}, {});
     check_upsampling({1, 6, 3000}, 3, graph::Shift::jitter, Storage::f32);
     check_upsampling({2, 9, 9}, 1, graph::Shift::none, Storage::f16);
+    // Pixels four elements apart, and parts of such.
+    for (const int width : {1, 3, 4, 66, 131}) {
+        for (const int channels : {1, 2, 3, 4})
+            check_upsampling({channels, 5, width}, 2, graph::Shift::jitter, Storage::f32, {1, 4, 0}, {1, 5, 1});
+        check_upsampling({1, 4, width}, 3, graph::Shift::motion_jitter, Storage::f16, {1, 4, 3}, {1, 4, 3});
+    }
+}
+
+TEST_CASE("motion is upsampled, and invalid where a tap that counts is") {
+    for (const int scale : {1, 2, 3, 5})
+        for (const int width : {1, 6, 67})
+            for (const Vec2 jitter : {Vec2{0, 0}, {-0.25f, 0.25f}, {1.0f / 3, -1.0f / 3}, {-1, 0.4995f}})
+                check_motion({width, 9}, scale, jitter);
 }
 
 TEST_SUITE("small") {

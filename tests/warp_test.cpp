@@ -121,6 +121,7 @@ TEST_CASE("warp writes every pixel's history or its fallback") {
         check_warp({{graph::Border::zero, 8, 1}, {4, 33, 50}, 4, 1, storage});
         check_warp({{graph::Border::zero, 1, 3}, {12, 7, 9}, 12, 1, storage});
         check_warp({{graph::Border::clamp, 1, 2}, {1, 9, 7}, 3, 2, storage});
+        check_warp({{graph::Border::clamp, 1, 2}, {4, 21, 40}, 4, 1, storage});
     }
 }
 

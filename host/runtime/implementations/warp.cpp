@@ -43,10 +43,26 @@ Lowered lower_blocks(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, "warp_block", pixels(problem.inputs[1]));
 }
 
+int prefer_rows(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = problem.inputs[0].block == 1 && problem.output.block == 1;
+    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+std::vector<Choices> row_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
+
+Lowered lower_rows(const Problem& problem, const Choices& choices) {
+    constexpr size_t kPixels = 64;
+    const auto [width, height] = pixels(problem.output);
+    Lowered lowered = lower(problem, choices, "warp_row", {(width + kPixels - 1) / kPixels, height});
+    lowered.call.options += fmt::format(" -DROW_PIXELS={}", kPixels);
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> warp_implementations() {
     static const Implementation implementations[] = {{"warp blocks", prefer_blocks, block_choices, lower_blocks},
+                                                     {"warp rows", prefer_rows, row_choices, lower_rows},
                                                      {"warp", obvious, group_choices, lower_plain}};
     return implementations;
 }
