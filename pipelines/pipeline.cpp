@@ -5,6 +5,7 @@ namespace clarus::pipelines {
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
         {"enss", 2, 4, true, build_enss},
+        {"nsrr", 2, 6, true, build_nsrr},
     };
     return all;
 }

@@ -28,9 +28,9 @@ graph::Parameters random_parameters(int out_channels, int in_channels, int sets,
 
 /// conv(a→b) of the specification, with relu where asked for.
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
-                            graph::Activation activation) {
+                            graph::Activation activation, Size size) {
     const auto [channels, height, width] = image.shape;
-    return planes({parameters.out_channels, height, width}, [&](int out, int x, int y) -> float {
+    return planes({parameters.out_channels, size.height, size.width}, [&](int out, int x, int y) -> float {
         double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
         for (int in = 0; in < channels; ++in) {
             for (int ky = 0; ky < 3; ++ky) {
@@ -53,10 +53,11 @@ struct Case {
     graph::Activation activation = graph::Activation::relu;
     Storage storage = Storage::f32;
     bool views = false;  // the images are parts of larger ones
+    Size beyond{0, 0};   // what the input has more to the right and below
 };
 
 runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
-    const graph::Shape in{test.in_channels, test.size.height, test.size.width};
+    const graph::Shape in{test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width};
     const graph::Shape out{test.out_channels, test.size.height, test.size.width};
     runtime::Problem problem;
     problem.node = {graph::Convolution{0, test.activation}, {}, out, "convolution"};
@@ -95,10 +96,12 @@ void check_convolution(const Case& test, bool all_choices = false) {
     std::mt19937 random(7);
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 2, random);
     const runtime::Problem problem = problem_of(test, parameters);
-    const Planes image =
-        rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
+    const Planes image = rounded(
+        random_planes({test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width},
+                      random, -1, 1),
+        test.storage);
     for (const int set : {0, 1}) {
-        const Planes expected = expected_convolution(image, parameters, set, test.activation);
+        const Planes expected = expected_convolution(image, parameters, set, test.activation, test.size);
         visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
             // In half: sums below 2 are rounded to multiples of 2⁻¹⁰. Of the 198 roundings for 22 channels the standard
             // deviation is 2⁻¹⁰ · √(198 / 12) = 0.004 at most; they are smaller where the sums are.
@@ -135,6 +138,14 @@ TEST_CASE("convolutions between views, and stored in half") {
     check_convolution({5, 19, {13, 9}, graph::Activation::relu, Storage::f16, true});
 }
 
+TEST_CASE("convolutions of NSRR's shapes, of which a part is wanted") {
+    check_convolution({32, 3, {37, 21}, graph::Activation::none, Storage::f32, false, {3, 3}});
+    check_convolution({60, 64, {13, 10}, graph::Activation::relu, Storage::f32, false, {1, 2}});
+    check_convolution({96, 32, {12, 9}, graph::Activation::relu, Storage::f16});
+    check_convolution({20, 32, {24, 13}});
+    check_convolution({32, 4, {24, 13}, graph::Activation::none});
+}
+
 TEST_CASE("every choice computes the same") {
     check_convolution({22, 52, {61, 11}}, true);
     check_convolution({16, 16, {61, 11}}, true);
@@ -155,7 +166,7 @@ TEST_CASE("a value that is not finite spreads no farther than it must") {
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, 1, random);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
-    const Planes expected = expected_convolution(clean, parameters, 0, test.activation);
+    const Planes expected = expected_convolution(clean, parameters, 0, test.activation, test.size);
     for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
         Planes image = clean;
         const int bad_x = 9, bad_y = 6;

@@ -10,74 +10,16 @@
 
 #include "clarus/error.h"
 #include "clarus/upscaler.h"
+#include "golden.h"
 #include "io/safetensors.h"
 #include "model_file.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
 using namespace clarus;
+using namespace clarus::test;
 
 namespace {
-
-struct Golden {
-    explicit Golden(const std::string& name)
-        : model(Model::load(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".model.safetensors")),
-          file(io::Safetensors::read(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".golden.safetensors")),
-          frames(static_cast<int>(file.tensors().at("color").shape[0])),
-          render{static_cast<int>(file.tensors().at("color").shape[2]),
-                 static_cast<int>(file.tensors().at("color").shape[1])} {}
-
-    std::vector<float> tensor(const std::string& name) const { return file.tensors().at(name).floats(); }
-    std::vector<int32_t> resets() const {
-        const auto bytes = file.tensors().at("reset").bytes;
-        std::vector<int32_t> values(frames);
-        std::memcpy(values.data(), bytes.data(), bytes.size());
-        return values;
-    }
-
-    Model model;
-    io::Safetensors file;
-    int frames;
-    Size render;
-};
-
-double largest_difference(const float* a, const float* b, size_t count) {
-    double largest = 0;
-    for (size_t i = 0; i < count; ++i) {
-        const double difference = std::abs(double(a[i]) - b[i]);
-        if (!(difference <= largest)) largest = difference;  // a NaN counts as a difference
-    }
-    return largest;
-}
-
-struct Run {
-    std::vector<double> differences;  // the largest of each frame
-    Upscaler upscaler;
-};
-
-/// All frames of a golden file through the upscaler.
-Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1) {
-    std::vector<float> color = golden.tensor("color"), depth = golden.tensor("depth"), motion = golden.tensor("motion");
-    const std::vector<float> jitter = golden.tensor("jitter"), expected = golden.tensor("output");
-    const std::vector<int32_t> resets = golden.resets();
-    Run result{{}, Upscaler(test_device(), golden.model, golden.render, std::move(options))};
-    const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
-    const Size size = result.upscaler.output_size();
-    const size_t count = static_cast<size_t>(size.width) * size.height * 3;
-    std::vector<float> output(count);
-    for (int frame = 0; frame < (frames < 0 ? golden.frames : frames); ++frame) {
-        FrameDescription description;
-        description.color = {.host = color.data() + frame * pixels * 3, .size = golden.render};
-        description.depth = {.host = depth.data() + frame * pixels, .size = golden.render};
-        description.motion = {.host = motion.data() + frame * pixels * 2, .size = golden.render};
-        description.jitter = {jitter[2 * frame], jitter[2 * frame + 1]};
-        description.reset = resets[frame] != 0;
-        description.output = {.host = output.data(), .size = size};
-        result.upscaler.submit(description).wait();
-        result.differences.push_back(largest_difference(output.data(), expected.data() + frame * count, count));
-    }
-    return result;
-}
 
 constexpr double kTolerance = 2e-5;  // eight recurrent frames in float against double
 
@@ -97,22 +39,14 @@ TEST_CASE("ENSS on the smallest image agrees with the PyTorch network" * doctest
 }
 
 TEST_CASE("ENSS shows what it saw inside" * doctest::test_suite("golden")) {
-    constexpr int kFrame = 3;  // the one whose intermediates the golden files hold
     UpscalerOptions options;
     options.views = {"alpha", "candidate", "warped"};
     const Golden golden("enss_x2_table");
-    const Run result = run(golden, options, kFrame + 1);
+    const Run result = run(golden, options, kViewedFrame + 1);
     for (const std::string& name : options.views) {
         CAPTURE(name);
-        const Upscaler::View view = result.upscaler.view(name);
-        const std::vector<float> expected = golden.tensor(name);  // channel, row, column
-        const size_t pixels = static_cast<size_t>(view.size.width) * view.size.height;
-        double largest = 0;
-        for (int channel = 0; channel < view.channels; ++channel)
-            for (size_t pixel = 0; pixel < pixels; ++pixel)
-                largest = std::max(largest, std::abs(double(view.pixels[pixel * view.channels + channel]) -
-                                                     expected[channel * pixels + pixel]));
-        CHECK(largest < 5 * kTolerance);  // the candidate is not confined to [0, 1]
+        CHECK(view_difference(result.upscaler, golden, name) <
+              5 * kTolerance);  // the candidate is not confined to [0, 1]
     }
 }
 

@@ -80,6 +80,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
+    if (from.previous_frames >= 0) options.previous_frames = from.previous_frames;
     return options;
 }
 
@@ -121,6 +122,7 @@ clarus_options clarus_default_options(void) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
+    options.previous_frames = -1;
     return options;
 }
 

@@ -73,6 +73,8 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
     if (options.output_format.type == ElementType::u8 && options.color_space == ColorSpace::linear)
         fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
+    if (options.band_rows < 0)
+        fail(ErrorKind::invalid_argument, "options.band_rows: {}; 0 chooses, else it is 1 or more", options.band_rows);
     for (const std::string& view : options.views) {
         if (graph.views.contains(view)) continue;
         std::string names;

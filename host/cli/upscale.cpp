@@ -40,6 +40,7 @@ struct UpscaleOptions {
     Precision precision = Precision::fp32;
     Tuning tuning = Tuning::stored;
     std::optional<Format> format;
+    std::optional<int> previous_frames;
     std::vector<std::string> views;
     bool profile = false;
     std::filesystem::path trace, report;
@@ -88,6 +89,7 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     result.color_space = sequence.color_space;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
+    result.previous_frames = options.previous_frames;
     result.profile = options.profile || !options.trace.empty() || !options.report.empty();
     return result;
 }
@@ -265,6 +267,10 @@ void add_upscale_command(CLI::App& app) {
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
+    command
+        .add_option("--previous-frames", options->previous_frames,
+                    "For NSRR: use so many previous frames instead of all that the model was trained with")
+        ->type_name("K");
     command
         .add_option("--view", options->views,
                     "Also write what the pipeline saw inside, to DIR/views/NAME; `list` "

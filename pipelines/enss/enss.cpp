@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
 // ENSS: Mercier et al. 2023, "Efficient neural supersampling on a novel gaming dataset" (pipelines.md, "ENSS").
@@ -20,8 +21,6 @@ using graph::Parameters;
 using graph::Resource;
 using graph::Shift;
 using graph::Value;
-
-constexpr int64_t kAny = -1;
 
 /// Layer widths, read off the model's tensors.
 struct Widths {
@@ -39,15 +38,6 @@ bool has_any(const io::Safetensors& model, std::string_view prefix) {
 
 bool has_table(const io::Safetensors& model) {
     return has_any(model, "first.") || has_any(model, "last.") || has_any(model, "jitter");
-}
-
-/// An extent that the model chooses.
-int chosen_extent(const io::Safetensors& model, const std::string& tensor, int64_t extent) {
-    constexpr int64_t kLargest = 1 << 12;
-    if (extent < 1 || extent > kLargest)
-        fail(ErrorKind::file, "{}: tensor {} has an extent of {}; from 1 to {} are possible", model.path().string(),
-             tensor, extent, kLargest);
-    return static_cast<int>(extent);
 }
 
 Widths read_widths(const io::Safetensors& model, int scale) {
@@ -68,14 +58,6 @@ Widths read_widths(const io::Safetensors& model, int scale) {
     };
     widths.body = static_cast<int>(std::max(count(".weight"), count(".bias")));
     return widths;
-}
-
-Parameters body_layer(const io::Safetensors& model, int index, int features) {
-    const std::string name = "body." + std::to_string(index);
-    Parameters parameters{features, features};
-    parameters.weights = model.require(name + ".weight", std::array<int64_t, 4>{features, features, 3, 3}).floats();
-    parameters.biases = model.require(name + ".bias", std::array<int64_t, 1>{features}).floats();
-    return parameters;
 }
 
 /// A jitter-conditioned layer: the sets of its table, none where the model has only the predictor.
@@ -121,7 +103,7 @@ int table_sets(const io::Safetensors& model) {
 
 }  // namespace
 
-graph::Graph build_enss(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     const Widths widths = read_widths(model, scale);
     const int sets = table_sets(model);
     Parameters first = conditioned_layer(model, "first", widths.features, widths.inputs, sets);
@@ -151,8 +133,8 @@ graph::Graph build_enss(const io::Safetensors& model, int scale, Size render) {
     x = graph.convolution(x, std::move(first), Activation::relu, "first convolution");
     kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
     for (int layer = 0; layer < widths.body; ++layer)
-        x = graph.convolution(x, body_layer(model, layer, widths.features), Activation::relu,
-                              "convolution " + std::to_string(layer + 1));
+        x = graph.convolution(x, read_layer(model, "body." + std::to_string(layer), widths.features, widths.features),
+                              Activation::relu, "convolution " + std::to_string(layer + 1));
     x = graph.convolution(x, std::move(last), Activation::none, "last convolution");
     kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
     graph.jitter_kernels = std::move(kernels);

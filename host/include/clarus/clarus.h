@@ -51,6 +51,7 @@ typedef struct clarus_options {
     float motion_scale_x, motion_scale_y;
     int motion_jittered, motion_sampled_at_jitter;
     clarus_format color_format, depth_format, motion_format, output_format;
+    int previous_frames; /* negative: as many as the model has */
 } clarus_options;
 
 typedef struct clarus_image {

@@ -10,13 +10,18 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
+    std::span<const Implementation> operator()(const graph::UpsampleMotion&) const {
+        return upsample_motion_implementations();
+    }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
+    std::span<const Implementation> operator()(const graph::MaxPool&) const { return max_pool_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 
     // Written by ingest, carried over from the frame before, or views of another value's memory.
     std::span<const Implementation> operator()(const graph::Input&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Plane&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Previous&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::ZeroUpsample&) const { return {}; }
     std::span<const Implementation> operator()(const graph::SpaceToDepth&) const { return {}; }
     std::span<const Implementation> operator()(const graph::DepthToSpace&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Concat&) const { return {}; }

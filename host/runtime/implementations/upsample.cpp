@@ -32,10 +32,26 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+Lowered lower_motion(const Problem& problem, const Choices& choices) {
+    KernelCall call;
+    call.file = call.entry = "upsample_motion";
+    call.options = fmt::format("{} -DSCALE={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                               std::get<graph::UpsampleMotion>(problem.node.op).scale);
+    call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
+    call.global = pixels(problem.output);
+    call.local = group_size(choices);
+    return {std::move(call), std::nullopt};
+}
+
 }  // namespace
 
 std::span<const Implementation> upsample_implementations() {
     static const Implementation implementations[] = {{"upsample", obvious, group_choices, lower}};
+    return implementations;
+}
+
+std::span<const Implementation> upsample_motion_implementations() {
+    static const Implementation implementations[] = {{"upsample motion", obvious, group_choices, lower_motion}};
     return implementations;
 }
 
