@@ -6,17 +6,18 @@
 // of 4), MOTION (a NaN is then an invalid vector, see upsample_motion.cl), STORE_HALF. A work-item makes one row over
 // PIXELS source pixels. Work-items: (⌈source width / PIXELS⌉, height).
 
-// Pixels x to x + 3 of a row, clamped to the image. Of the last one's elements past its channels, anything.
-INLINE float16 four_pixels(global const storage* row, int x) {
-    if (x >= 0 && x + 4 <= IN_WIDTH) return LOAD16(row, AT(IN, x, 0, 0));
-#define PIXEL(i) LOAD4(row, AT(IN, clamp(x + (i), 0, IN_WIDTH - 1), 0, 0))
+// Pixels x to x + 3 of row y, clamped to the image. Of the last one's elements past its channels, anything.
+INLINE float16 four_pixels(global const storage* in, int x, int y) {
+    if (x >= 0 && x + 4 <= IN_WIDTH) return LOAD16(in, AT(IN, x, y, 0));
+#define PIXEL(i) LOAD4(in, AT(IN, clamp(x + (i), 0, IN_WIDTH - 1), y, 0))
     return (float16)(PIXEL(0), PIXEL(1), PIXEL(2), PIXEL(3));
 }
 
 // Adds what four taps of one weight contribute, and marks where they are invalid and count.
 INLINE void add_taps(float16 taps, float weight_x, float weight_y, float16* sum, int16* invalid) {
 #ifdef MOTION
-    const int16 is_invalid = (as_int16(taps) & 0x7fffffff) >= 0x7f800000;
+    const int16 unusable = (as_int16(taps) & 0x7fffffff) >= 0x7f800000;
+    const int16 is_invalid = unusable | unusable.s1032547698badcfe;  // the other component
     if (weight_x > 1e-3f && weight_y > 1e-3f) *invalid |= is_invalid;
     taps = as_float16(as_int16(taps) & ~is_invalid);
 #endif
@@ -38,8 +39,6 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_rows(g
                                                                                global storage* out, Frame frame) {
     const int start = (int)get_global_id(0) * PIXELS, y = get_global_id(1);
     const Taps ty = upsample_taps(y, SCALE, SHIFT_Y, IN_HEIGHT);
-    global const storage* first = in + ty.first * IN_ROW;
-    global const storage* second = in + ty.second * IN_ROW;
     for (int x = start; x < min(start + PIXELS, IN_WIDTH); x += 4) {
 #pragma unroll
         for (int place = 0; place < SCALE; ++place) {
@@ -49,10 +48,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_rows(g
             const float right_weight = shift - left, left_weight = 1 - right_weight;
             float16 sum = 0;
             int16 invalid = 0;
-            add_taps(four_pixels(first, x + left), left_weight, ty.first_weight, &sum, &invalid);
-            add_taps(four_pixels(first, x + left + 1), right_weight, ty.first_weight, &sum, &invalid);
-            add_taps(four_pixels(second, x + left), left_weight, ty.second_weight, &sum, &invalid);
-            add_taps(four_pixels(second, x + left + 1), right_weight, ty.second_weight, &sum, &invalid);
+            add_taps(four_pixels(in, x + left, ty.first), left_weight, ty.first_weight, &sum, &invalid);
+            add_taps(four_pixels(in, x + left + 1, ty.first), right_weight, ty.first_weight, &sum, &invalid);
+            add_taps(four_pixels(in, x + left, ty.second), left_weight, ty.second_weight, &sum, &invalid);
+            add_taps(four_pixels(in, x + left + 1, ty.second), right_weight, ty.second_weight, &sum, &invalid);
 #ifdef MOTION
             // All bits set are a NaN.
             sum = as_float16(as_int16(sum * SCALE) | invalid);

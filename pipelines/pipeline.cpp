@@ -7,6 +7,7 @@ std::span<const Pipeline> pipelines() {
         {"enss", 2, 4, true, build_enss},
         {"mnss", 2, 3, true, build_mnss},
         {"srpo", 1, 8, false, build_srpo},
+        {"nsrr", 2, 6, true, build_nsrr},
     };
     return all;
 }

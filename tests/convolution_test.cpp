@@ -28,18 +28,18 @@ graph::Parameters random_parameters(int out_channels, int in_channels, int kerne
 
 /// conv(a→b) of the specification, with relu where asked for.
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
-                            graph::Activation activation) {
+                            graph::Activation activation, Size size) {
     const auto [channels, height, width] = image.shape;
-    const int size = parameters.kernel;
-    return planes({parameters.out_channels, height, width}, [&](int out, int x, int y) -> float {
+    const int kernel = parameters.kernel;
+    return planes({parameters.out_channels, size.height, size.width}, [&](int out, int x, int y) -> float {
         double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
         for (int in = 0; in < channels; ++in) {
-            for (int ky = 0; ky < size; ++ky) {
-                for (int kx = 0; kx < size; ++kx) {
-                    const int px = x + kx - size / 2, py = y + ky - size / 2;
+            for (int ky = 0; ky < kernel; ++ky) {
+                for (int kx = 0; kx < kernel; ++kx) {
+                    const int px = x + kx - kernel / 2, py = y + ky - kernel / 2;
                     if (px < 0 || px >= width || py < 0 || py >= height) continue;
                     const size_t weight = parameters.weights_per_set() * set +
-                                          ((static_cast<size_t>(out) * channels + in) * size + ky) * size + kx;
+                                          ((static_cast<size_t>(out) * channels + in) * kernel + ky) * kernel + kx;
                     sum += double(image.at(in, px, py)) * parameters.weights[weight];
                 }
             }
@@ -54,11 +54,12 @@ struct Case {
     graph::Activation activation = graph::Activation::relu;
     Storage storage = Storage::f32;
     bool views = false;  // the images are parts of larger ones
+    Size beyond{0, 0};   // what the input has more to the right and below
     int kernel = 3;
 };
 
 runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
-    const graph::Shape in{test.in_channels, test.size.height, test.size.width};
+    const graph::Shape in{test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width};
     const graph::Shape out{test.out_channels, test.size.height, test.size.width};
     runtime::Problem problem;
     problem.node = {graph::Convolution{0, test.activation}, {}, out, "convolution"};
@@ -98,10 +99,12 @@ void check_convolution(const Case& test, bool all_choices = false) {
     std::mt19937 random(7);
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random);
     const runtime::Problem problem = problem_of(test, parameters);
-    const Planes image =
-        rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
+    const Planes image = rounded(
+        random_planes({test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width},
+                      random, -1, 1),
+        test.storage);
     for (const int set : {0, 1}) {
-        const Planes expected = expected_convolution(image, parameters, set, test.activation);
+        const Planes expected = expected_convolution(image, parameters, set, test.activation, test.size);
         visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
             // In half: sums below 2 are rounded to multiples of 2⁻¹⁰. Of the 198 roundings for 22 channels the standard
             // deviation is 2⁻¹⁰ · √(198 / 12) = 0.004 at most; they are smaller where the sums are.
@@ -134,17 +137,25 @@ TEST_CASE("convolutions with any number of channels") {
 
 TEST_CASE("convolutions with kernels of any odd size") {
     for (const int kernel : {1, 5, 7, 9}) {
-        check_convolution({3, 16, {37, 21}, graph::Activation::relu, Storage::f32, false, kernel});
-        check_convolution({18, 35, {19, 5}, graph::Activation::none, Storage::f16, true, kernel});
+        check_convolution({3, 16, {37, 21}, graph::Activation::relu, Storage::f32, false, {}, kernel});
+        check_convolution({18, 35, {19, 5}, graph::Activation::none, Storage::f16, true, {}, kernel});
     }
-    check_convolution({16, 16, {61, 11}, graph::Activation::relu, Storage::f32, false, 5}, true);
-    check_convolution({16, 33, {61, 11}, graph::Activation::relu, Storage::f16, false, 5}, true);
+    check_convolution({16, 16, {61, 11}, graph::Activation::relu, Storage::f32, false, {}, 5}, true);
+    check_convolution({16, 33, {61, 11}, graph::Activation::relu, Storage::f16, false, {}, 5}, true);
 }
 
 TEST_CASE("convolutions between views, and stored in half") {
     check_convolution({22, 20, {37, 21}, graph::Activation::none, Storage::f32, true});
     check_convolution({16, 45, {37, 21}, graph::Activation::relu, Storage::f16});
     check_convolution({5, 19, {13, 9}, graph::Activation::relu, Storage::f16, true});
+}
+
+TEST_CASE("convolutions of NSRR's shapes, of which a part is wanted") {
+    check_convolution({32, 3, {37, 21}, graph::Activation::none, Storage::f32, false, {3, 3}});
+    check_convolution({60, 64, {13, 10}, graph::Activation::relu, Storage::f32, false, {1, 2}});
+    check_convolution({96, 32, {12, 9}, graph::Activation::relu, Storage::f16});
+    check_convolution({20, 32, {24, 13}});
+    check_convolution({32, 4, {24, 13}, graph::Activation::none});
 }
 
 TEST_CASE("every choice computes the same") {
@@ -158,7 +169,7 @@ TEST_SUITE("small") {
         check_convolution({3, 5, {1, 1}});
         check_convolution({22, 16, {7, 1}});
         check_convolution({16, 20, {9, 6}});
-        check_convolution({3, 5, {2, 1}, graph::Activation::relu, Storage::f32, false, 5});
+        check_convolution({3, 5, {2, 1}, graph::Activation::relu, Storage::f32, false, {}, 5});
     }
 }
 
@@ -168,7 +179,7 @@ TEST_CASE("a value that is not finite spreads no farther than it must") {
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 1, random);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
-    const Planes expected = expected_convolution(clean, parameters, 0, test.activation);
+    const Planes expected = expected_convolution(clean, parameters, 0, test.activation, test.size);
     for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
         Planes image = clean;
         const int bad_x = 9, bad_y = 6;

@@ -83,6 +83,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
+    if (from.previous_frames >= 0) options.previous_frames = from.previous_frames;
     return options;
 }
 
@@ -124,6 +125,7 @@ clarus_options clarus_default_options(void) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
+    options.previous_frames = -1;
     return options;
 }
 

@@ -56,7 +56,7 @@ struct Upscaler::State {
           render_size(render),
           output_size(scaled(render, model.scale())),
           options(std::move(used_options)),
-          graph(with_effects(build_graph(model, render, output_size), options)),
+          graph(with_effects(build_graph(model, render, output_size, options.previous_frames), options)),
           tuner(device.context(), options.tuning) {
         check_options(options, graph);
         plan_with([&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });
@@ -97,8 +97,11 @@ struct Upscaler::State {
             constants.depth_addend = infinite ? 0.0f : constants.depth_numerator;
         }
         constants.exposure = frame.exposure;
-        constants.sample_x = sample_position(frame.jitter.x, static_cast<int>(std::ceil(model.scale())));
-        constants.sample_y = sample_position(frame.jitter.y, static_cast<int>(std::ceil(model.scale())));
+        const int scale = static_cast<int>(std::ceil(model.scale()));
+        constants.sample_x = sample_position(frame.jitter.x, scale);
+        constants.sample_y = sample_position(frame.jitter.y, scale);
+        constants.previous_sample_x = sample_position(previous_jitter.x, scale);
+        constants.previous_sample_y = sample_position(previous_jitter.y, scale);
         constants.reset = without_history;
         return constants;
     }

@@ -89,6 +89,10 @@ class Graph {
     Value dilate(Value motion, Value depth, int scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
+    /// With one vector a pixel and fallback 0.
+    Value warp(Value image, Value motion, Border border, std::string name);
+    Value zero_upsample(Value image, int scale);
+    Value max_pool(Value image, std::string name);
     Value pick(Value image, int scale, std::string name);
     Value place(Value image, Value samples, int scale, std::string name);
     Value average_pool(Value image, int scale, std::string name);
@@ -98,15 +102,25 @@ class Graph {
     Value mlaa(Value image, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
-    Value concat(std::vector<Value> inputs);
+    Value concat(std::vector<Value> inputs, std::string name = {});
     Value slice(Value image, int first, int count);
     Value convolution(Value image, Parameters weights, Activation activation, std::string name);
+    /// Of which only the top left part is wanted.
+    Value convolution(Value image, Parameters weights, Activation activation, std::string name, Size part);
     Value sigmoid(Value image, std::string name);
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
     Value round(Value image, std::string name);
     Value sum(Value a, Value b, std::string name);
     Value difference(Value a, Value b, std::string name);
+    Value tanh(Value image, std::string name);
+    /// Where one of them has one channel, it serves every channel of the other.
+    Value product(Value a, Value b, std::string name);
+    /// addend + Σ coefficients[i] · images[i]
+    Value linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name);
+    /// The image made larger by repeating its last column to the right and its last row below; itself where it has
+    /// that size.
+    Value replicate_to(Value image, Size size);
 
   private:
     Value pointwise(Step::Function function, Value a, Value b, std::string name);

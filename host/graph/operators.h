@@ -60,8 +60,8 @@ enum class Border { clamp, zero };
 
 /// warp(I, M, border, fallback). Inputs: image, motion in HR pixels (one vector for each block of `motion_block`
 /// squared pixels, NaN where invalid), and the image that gives the fallback: itself where it has the warped image's
-/// size, else upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0. On a reset frame all is
-/// fallback.
+/// size, else upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0, as is all of it where there
+/// is no such input. On a reset frame all is fallback.
 struct Warp {
     Border border;
     int motion_block;
@@ -103,6 +103,13 @@ struct Mlaa {};
 inline constexpr float kMlaaThreshold = 1 / 16.0f;
 /// How far along an edge its end is looked for, in pixels.
 inline constexpr int kMlaaReach = 64;
+/// zero_upsample(x, s, J). A view: the zeros are never stored.
+struct ZeroUpsample {
+    int scale;
+};
+
+/// maxpool_2. Input: an image whose sides are even.
+struct MaxPool {};
 
 struct SpaceToDepth {
     int scale;
@@ -120,7 +127,8 @@ struct Slice {
 
 enum class Activation { none, relu };
 
-/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size.
+/// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size. The result may be
+/// smaller than the input: then it is its top left part.
 struct Convolution {
     int parameters;
     Activation activation;
@@ -135,22 +143,28 @@ struct Step {
         sum,         // a + b
         difference,  // |a − b|
         round,       // half up, ⌊a + ½⌋
+        tanh,
+        product,  // a·b
+        linear,   // addend + Σ coefficient · operand
     };
     Function function;
     std::vector<int> operands;
     float low = 0;
     float high = 0;
+    std::vector<float> coefficients = {};  // one an operand
+    float addend = 0;
 };
 
 /// A program that is run on every pixel and channel of inputs of one size; an input of one channel serves every
-/// channel. The result is `results` (operand numbers) one after another along channels.
+/// channel. The result is `results` (operand numbers) one after another along channels. It may be larger than an input,
+/// whose last column and row then go on to the right and below.
 struct Pointwise {
     std::vector<Step> steps;
     std::vector<int> results;
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Dilate, Warp, Pick, Place, AveragePool,
-                 Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, Resample, Dilate, UpsampleMotion, Warp, ZeroUpsample,
+                              MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth,
+                              DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -16,7 +16,7 @@ using graph::Resource;
 using graph::Shift;
 using graph::Value;
 
-graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
