@@ -5,8 +5,10 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <string_view>
 
 #include "base/error.h"
+#include "bench/random_model.h"
 #include "bench/suite.h"
 
 namespace clarus::bench {
@@ -50,16 +52,32 @@ void enroll(const std::string& name, int repetitions, std::function<double()> ru
         ->Repetitions(repetitions);
 }
 
+/// The modules of a network whose stages are named after them ("blending: …"), such as those of MNSS's table 3.
+void print_modules(const std::vector<StageProfile>& stages) {
+    std::vector<std::pair<std::string, double>> modules;
+    for (const StageProfile& stage : stages) {
+        const size_t end = stage.name.find(": ");
+        if (end == std::string::npos) continue;
+        const std::string module = stage.name.substr(0, end);
+        const auto known =
+            std::find_if(modules.begin(), modules.end(), [&](const auto& each) { return each.first == module; });
+        (known == modules.end() ? modules.emplace_back(module, 0) : *known).second += stage.seconds;
+    }
+    if (modules.empty()) return;
+    fmt::print("\n{:<20}{:>9}\n", "module", "ms");
+    for (const auto& [module, seconds] : modules) fmt::print("{:<20}{:>9.2f}\n", module, 1e3 * seconds);
+}
+
 /// A seconds figure and what it is a share of.
 void print_frame(FrameBench& frame, double median, double peak, double bandwidth) {
     const std::vector<StageProfile> stages = frame.stages();
     double dense = 0, floor = 0;
-    fmt::print("\n{} at 1920×1080, ×2\n{:<20}{:>9}{:>9}{:>10}{:>8}  {}\n", frame.name(), "stage", "ms", "floor",
+    fmt::print("\n{} at {}\n{:<20}{:>9}{:>9}{:>10}{:>8}  {}\n", frame.name(), frame.size(), "stage", "ms", "floor",
                "GFLOP/s", "GB/s", "kernel");
     for (const StageProfile& stage : stages) {
         const double least = std::max(stage.operations / peak, stage.bytes / bandwidth);
         floor += least;
-        if (stage.name.find("convolution") != std::string::npos) dense += stage.operations / peak;
+        if (is_convolution(stage)) dense += stage.operations / peak;
         fmt::print("{:<20}{:>9.2f}{:>9.2f}{:>10.1f}{:>8.1f}  {}\n", stage.name, 1e3 * stage.seconds, 1e3 * least,
                    1e-9 * stage.operations / stage.seconds, 1e-9 * stage.bytes / stage.seconds, stage.kernel);
     }
@@ -70,16 +88,22 @@ void print_frame(FrameBench& frame, double median, double peak, double bandwidth
                memory.arena / 1048576.0, memory.live_at_worst / 1048576.0,
                static_cast<double>(memory.arena) / static_cast<double>(memory.live_at_worst),
                memory.weights / 1048576.0);
+    print_modules(stages);
 }
 
 int run(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
+    constexpr std::string_view kNsrrTable = "nsrr-table-";
+    if (argc > 1 && std::string_view(argv[1]).starts_with(kNsrrTable)) {
+        print_nsrr_table(Device::open(argc > 2 ? argv[2] : "auto"), argv[1] + kNsrrTable.size());
+        return EXIT_SUCCESS;
+    }
     const char* selector = argc > 1 ? argv[1] : "auto";
     const Device device = Device::open(selector);
     fmt::print("{} ({}, {} compute units)\n", device.profile().name, device.profile().opencl_version,
                device.profile().compute_units);
 
-    constexpr int kKernelRepetitions = 15, kFrameRepetitions = 15;
+    constexpr int kKernelRepetitions = 15, kFrameRepetitions = 15, kHeavyFrameRepetitions = 3;
     const std::vector<Item> peaks = peak_items(device), convolutions = convolution_items(device);
     const Item copy = copy_item(device);
     for (const Item& item : peaks) enroll("peak " + item.name, kKernelRepetitions, item.run);
@@ -88,15 +112,26 @@ int run(int argc, char** argv) {
     const RenderItem rendering = render_item();
     enroll(rendering.item.name, kFrameRepetitions, rendering.item.run);
     std::vector<std::unique_ptr<FrameBench>> frames;
-    const auto add_frame = [&](std::string name, Model model) {
-        frames.push_back(std::make_unique<FrameBench>(device, std::move(name), std::move(model), Tuning::stored));
+    const auto add = [&](const char* name, const Model& model, Size render, int repetitions,
+                         const UpscalerOptions& options = {}) {
+        frames.push_back(std::make_unique<FrameBench>(device, name, model, render, options));
+        enroll(name, repetitions, [&frame = *frames.back()] { return frame.run(); });
     };
-    add_frame("ENSS-S", random_enss(16, 1));
-    add_frame("ENSS-M", random_enss(32, 3));
-    add_frame("ENSS-L", random_enss(64, 5));
+    add("ENSS-S", random_enss(2, 16, 1), {960, 540}, kFrameRepetitions);
+    add("ENSS-M", random_enss(2, 32, 3), {960, 540}, kFrameRepetitions);
+    add("ENSS-L", random_enss(2, 64, 5), {960, 540}, kFrameRepetitions);
+    add("NSRR", random_nsrr(4, 4, 32), {480, 270}, kHeavyFrameRepetitions);
+    add("NSRR-fast", random_nsrr(4, 4, 16), {480, 270}, kHeavyFrameRepetitions);
+    UpscalerOptions sharpened;
+    sharpened.sharpen = 0.15f;
+    add("MNSS-x2", random_mnss(2), {960, 540}, kFrameRepetitions, sharpened);
+    add("MNSS-x3", random_mnss(3), {640, 360}, kFrameRepetitions, sharpened);
+    UpscalerOptions antialiased;
+    antialiased.antialias = Antialiasing::mlaa;
+    add("SRPO-x2", random_srpo(2), {960, 540}, kFrameRepetitions, antialiased);
+    add("SRPO-x3", random_srpo(3), {640, 360}, kFrameRepetitions, antialiased);
     for (const char* filter : {"nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau"})
-        add_frame(filter, Model::filter(filter, 2));
-    for (const auto& frame : frames) enroll(frame->name(), kFrameRepetitions, [&] { return frame->run(); });
+        add(filter, Model::filter(filter, 2), {960, 540}, kFrameRepetitions);
 
     Record record;
     benchmark::RunSpecifiedBenchmarks(&record);

@@ -1,11 +1,19 @@
 #pragma once
 
-#include <filesystem>
+#include "clarus/model.h"
 
 namespace clarus::bench {
 
-/// Writes an ENSS model (formats.md) of f features and m middle layers with small random weights and one set of
-/// kernels.
-void write_random_enss(const std::filesystem::path& path, int scale, int features, int middle);
+// Models (formats.md) with small random weights: time does not depend on them.
+
+/// ENSS of f features and m middle layers, with one set of kernels.
+Model random_enss(int scale, int features, int middle);
+
+/// NSRR whose U-Net's outermost layers have `width` channels: 32, or 16 in the lighter network.
+Model random_nsrr(int scale, int previous_frames, int width);
+
+/// MNSS and SRPO with the papers' widths.
+Model random_mnss(int scale);
+Model random_srpo(int scale);
 
 }  // namespace clarus::bench

@@ -35,15 +35,14 @@ struct RenderItem {
 };
 RenderItem render_item();
 
-/// An ENSS network of f features and m middle layers with random weights: time does not depend on them.
-Model random_enss(int features, int middle);
-
-/// A frame at 1920×1080 output from 960×540, images on the device.
+/// A network's frame, images on the device.
 class FrameBench {
   public:
-    FrameBench(const Device& device, std::string name, Model model, Tuning tuning);
+    FrameBench(const Device& device, std::string name, const Model& model, Size render,
+               const UpscalerOptions& options = {});
 
     const std::string& name() const { return name_; }
+    std::string size() const;  // "1920×1080, ×2"
     /// One frame; seconds from the first stage's start to the last one's end.
     double run();
     /// Stages of all frames so far, medians; empties the record.
@@ -55,7 +54,17 @@ class FrameBench {
     Upscaler upscaler_;
     std::vector<std::shared_ptr<void>> buffers_;
     FrameDescription frame_;
-    std::vector<StageProfile> stages_;
+    std::vector<std::pair<StageProfile, std::vector<double>>> stages_;  // with every frame's seconds
 };
+
+/// Whether a stage is one of the network's layers.
+bool is_convolution(const StageProfile& stage);
+
+/// The most multiply–adds, as operations a second, that `items` of peak_items reach, run one after the other.
+double quick_peak(const std::vector<Item>& items);
+
+/// NSRR's frames as the paper has them: table "1" (three output sizes, both networks), "2" (stages), "5" (previous
+/// frames). Errors: invalid_argument for others.
+void print_nsrr_table(const Device& device, const std::string& table);
 
 }  // namespace clarus::bench

@@ -59,8 +59,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
                                                                              global storage* restrict out,
                                                                              uint packed_offset) {
     local operand patch[CHUNK * PLANE];
-    const int tile_x = (int)get_group_id(0) * TILE_WIDTH, tile_y = (int)get_group_id(1) * WG_Y;
     const int lx = get_local_id(0), ly = get_local_id(1);
+    const int tile_x = ((int)get_global_id(0) - lx) * PIXELS, tile_y = (int)get_global_id(1) - ly;
     global const float* bias = packed + packed_offset;
     global const operand* weights = (global const operand*)(bias + 16 * OUT_BLOCKS);
     for (int block = 0; block < OUT_BLOCKS; ++block, weights += 16 * TAPS * CIN) {

@@ -1,8 +1,17 @@
 // warp(I, M, border, fallback), and a reset frame is all fallback.
 //
-// Options: IMAGE_*, MOTION_*, FALLBACK_*, OUT_* (layouts), PIXELS_A_VECTOR (along each axis),
-// FALLBACK_SCALE (1: the fallback has the image's size; else it is upsampled), BORDER_ZERO (else clamp), STORE_HALF
-// (all but motion, which is float).
+// Options: IMAGE_*, MOTION_*, OUT_* (layouts), PIXELS_A_VECTOR (along each axis), BORDER_ZERO (else clamp), STORE_HALF
+// (all but motion, which is float). Where there is a fallback other than 0: FALLBACK_* (layout), FALLBACK_SCALE (1: it
+// has the image's size; else it is upsampled). Where the image is zero-upsampled: SAMPLES (the scale), SAMPLE (sample
+// or previous_sample: whose).
+
+#ifdef FALLBACK_SCALE
+#define FALLBACK_ARGUMENT , global const storage* fallback
+#define FALLBACK_PASSED , fallback
+#else
+#define FALLBACK_ARGUMENT
+#define FALLBACK_PASSED
+#endif
 
 // x + motion along an axis of `size` pixels. The vector is cut to twice the image, beyond which nothing changes, so
 // that it fits an int.
@@ -17,9 +26,24 @@ inline Taps warp_taps(int x, float motion, int size) {
     return taps;
 }
 
-INLINE void warp_pixel(global const storage* image, global const storage* fallback, global storage* out, Frame frame,
-                       int x, int y, float motion_x, float motion_y) {
+// Channels c to c + 3 of a pixel of the image.
+INLINE float4 image_channels(global const storage* image, Frame frame, int x, int y, int c) {
+#ifdef SAMPLES
+    if (x % SAMPLES != JOIN(frame.SAMPLE, _x) || y % SAMPLES != JOIN(frame.SAMPLE, _y)) return (float4)(0);
+    return LOAD_CHANNELS(IMAGE, image, x / SAMPLES, y / SAMPLES, c);
+#else
+    return LOAD_CHANNELS(IMAGE, image, x, y, c);
+#endif
+}
+
+INLINE void warp_pixel(global const storage* image, global storage* out, Frame frame, int x, int y, float motion_x,
+                       float motion_y FALLBACK_ARGUMENT) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
+#ifndef FALLBACK_SCALE
+        for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, (float4)(0), out, x, y, c);
+        return;
+    }
+#else
 #if FALLBACK_SCALE == 1
 #define FALLBACK_VALUE(c) LOAD_CHANNELS(FALLBACK, fallback, x, y, c)
 #else
@@ -34,21 +58,48 @@ INLINE void warp_pixel(global const storage* image, global const storage* fallba
         }
         return;
     }
+#endif
     const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
     const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
+#ifdef SAMPLES
+    for (int c = 0; c < OUT_CHANNELS; c += 4)
+        STORE_CHANNELS(OUT,
+                       tx.first_weight * ty.first_weight * image_channels(image, frame, tx.first, ty.first, c) +
+                           tx.second_weight * ty.first_weight * image_channels(image, frame, tx.second, ty.first, c) +
+                           tx.first_weight * ty.second_weight * image_channels(image, frame, tx.first, ty.second, c) +
+                           tx.second_weight * ty.second_weight * image_channels(image, frame, tx.second, ty.second, c),
+                       out, x, y, c);
+#else
     for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
+#endif
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(global const storage* image,
                                                                             global const float* motion,
-                                                                            global const storage* fallback,
-                                                                            global storage* out, Frame frame) {
+                                                                            global storage* out,
+                                                                            Frame frame FALLBACK_ARGUMENT) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
-    warp_pixel(image, fallback, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
-               motion[AT(MOTION, block_x, block_y, 1)]);
+    warp_pixel(image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
+               motion[AT(MOTION, block_x, block_y, 1)] FALLBACK_PASSED);
 }
+
+// One work-item warps ROW_PIXELS pixels of a row, one after the other: on a CPU that is faster than pixels as the lanes
+// of vectors, whose taps would be gathered one by one.
+#ifdef ROW_PIXELS
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_row(global const storage* image,
+                                                                          global const float* motion,
+                                                                          global storage* out,
+                                                                          Frame frame FALLBACK_ARGUMENT) {
+    const int start = (int)get_global_id(0) * ROW_PIXELS, y = get_global_id(1);
+    for (int x = start; x < min(start + ROW_PIXELS, OUT_WIDTH); ++x) {
+        const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
+        warp_pixel(image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
+                   motion[AT(MOTION, block_x, block_y, 1)] FALLBACK_PASSED);
+    }
+}
+#endif
 
 // One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are
 // filtered as vectors of four pixels of four channels, and each source row is filtered along x once. Wants
@@ -92,8 +143,8 @@ inline void store_rows(const float16* rows, global storage* out, int x, int y) {
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(global const storage* image,
                                                                             global const float* motion,
-                                                                            global const storage* fallback,
-                                                                            global storage* out, Frame frame) {
+                                                                            global storage* out,
+                                                                            Frame frame FALLBACK_ARGUMENT) {
     const int block_x = get_global_id(0), block_y = get_global_id(1);
     if (block_x >= MOTION_WIDTH || block_y >= MOTION_HEIGHT) return;
     const float motion_x = motion[AT(MOTION, block_x, block_y, 0)];
@@ -105,7 +156,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(glob
     if (frame.reset || !inside || x0 + 8 > OUT_WIDTH || y0 + 8 > OUT_HEIGHT) {
         for (int y = y0; y < min(y0 + 8, OUT_HEIGHT); ++y)
             for (int x = x0; x < min(x0 + 8, OUT_WIDTH); ++x)
-                warp_pixel(image, fallback, out, frame, x, y, motion_x, motion_y);
+                warp_pixel(image, out, frame, x, y, motion_x, motion_y FALLBACK_PASSED);
         return;
     }
     const float weight_x = motion_x - floor(motion_x), weight_y = motion_y - floor(motion_y);

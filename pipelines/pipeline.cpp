@@ -8,6 +8,7 @@ std::span<const Pipeline> pipelines() {
         {"mnss", 2, 3, true, build_mnss},
         {"srpo", 1, 8, false, build_srpo},
         {"stack", 1, 8, false, build_stack},
+        {"nsrr", 2, 6, true, build_nsrr},
     };
     return all;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -8,13 +9,18 @@
 
 namespace clarus::pipelines {
 
+/// What is left to the user of a model.
+struct PipelineOptions {
+    std::optional<int> previous_frames;  // nsrr: use so many instead of all that the model has
+};
+
 /// A published system: a model's tensors in, a graph out. What a model file must hold is said in formats.md.
 struct Pipeline {
     std::string_view name;  // the model's `pipeline`
     int smallest_scale, largest_scale;
     bool needs_motion;
     /// Errors: file, naming the tensor or key that does not fit.
-    graph::Graph (*build)(const io::Safetensors& model, int scale, Size render);
+    graph::Graph (*build)(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 };
 
 std::span<const Pipeline> pipelines();
@@ -35,10 +41,11 @@ struct FilterPipeline {
 std::span<const FilterPipeline> filters();
 
 // One folder each.
-graph::Graph build_enss(const io::Safetensors& model, int scale, Size render);
-graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render);
-graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render);
-graph::Graph build_stack(const io::Safetensors& model, int scale, Size render);
+graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nearest(const FilterSettings& settings);
 graph::Graph build_bilinear(const FilterSettings& settings);
 graph::Graph build_bicubic(const FilterSettings& settings);

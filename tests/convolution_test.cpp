@@ -29,20 +29,21 @@ graph::Parameters random_parameters(int out_channels, int in_channels, int kerne
 
 /// conv(a→b) of the specification, with groups and a stride, and relu where asked for.
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
-                            graph::Activation activation) {
+                            graph::Activation activation, Size size) {
     const auto [channels, height, width] = image.shape;
-    const int size = parameters.kernel, stride = parameters.stride, group = channels / parameters.groups;
-    const graph::Shape shape{parameters.out_channels, (height + stride - 1) / stride, (width + stride - 1) / stride};
+    const int kernel = parameters.kernel, stride = parameters.stride, group = channels / parameters.groups;
+    const graph::Shape shape{parameters.out_channels, (size.height + stride - 1) / stride,
+                             (size.width + stride - 1) / stride};
     return planes(shape, [&](int out, int x, int y) -> float {
         double sum = parameters.biases[static_cast<size_t>(set) * parameters.out_channels + out];
         const int first = out / (parameters.out_channels / parameters.groups) * group;
         for (int in = 0; in < group; ++in) {
-            for (int ky = 0; ky < size; ++ky) {
-                for (int kx = 0; kx < size; ++kx) {
-                    const int px = stride * x + kx - size / 2, py = stride * y + ky - size / 2;
+            for (int ky = 0; ky < kernel; ++ky) {
+                for (int kx = 0; kx < kernel; ++kx) {
+                    const int px = stride * x + kx - kernel / 2, py = stride * y + ky - kernel / 2;
                     if (px < 0 || px >= width || py < 0 || py >= height) continue;
                     const size_t weight = parameters.weights_per_set() * set +
-                                          ((static_cast<size_t>(out) * group + in) * size + ky) * size + kx;
+                                          ((static_cast<size_t>(out) * group + in) * kernel + ky) * kernel + kx;
                     sum += double(image.at(first + in, px, py)) * parameters.weights[weight];
                 }
             }
@@ -57,12 +58,13 @@ struct Case {
     graph::Activation activation = graph::Activation::relu;
     Storage storage = Storage::f32;
     bool views = false;  // the images are parts of larger ones
+    Size beyond{0, 0};   // what the input has more to the right and below
     int kernel = 3;
     int groups = 1, stride = 1;
 };
 
 runtime::Problem problem_of(const Case& test, const graph::Parameters& parameters) {
-    const graph::Shape in{test.in_channels, test.size.height, test.size.width};
+    const graph::Shape in{test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width};
     const graph::Shape out{test.out_channels, (test.size.height + test.stride - 1) / test.stride,
                            (test.size.width + test.stride - 1) / test.stride};
     runtime::Problem problem;
@@ -106,10 +108,12 @@ void check_convolution(const Case& test, bool all_choices = false) {
     const graph::Parameters parameters =
         random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random, test.groups, test.stride);
     const runtime::Problem problem = problem_of(test, parameters);
-    const Planes image =
-        rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
+    const Planes image = rounded(
+        random_planes({test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width},
+                      random, -1, 1),
+        test.storage);
     for (const int set : {0, 1}) {
-        const Planes expected = expected_convolution(image, parameters, set, test.activation);
+        const Planes expected = expected_convolution(image, parameters, set, test.activation, test.size);
         visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
             // In half: sums below 2 are rounded to multiples of 2⁻¹⁰. Of the 198 roundings for 22 channels the standard
             // deviation is 2⁻¹⁰ · √(198 / 12) = 0.004 at most; they are smaller where the sums are.
@@ -142,11 +146,11 @@ TEST_CASE("convolutions with any number of channels") {
 
 TEST_CASE("convolutions with kernels of any odd size") {
     for (const int kernel : {1, 5, 7, 9}) {
-        check_convolution({3, 16, {37, 21}, graph::Activation::relu, Storage::f32, false, kernel});
-        check_convolution({18, 35, {19, 5}, graph::Activation::none, Storage::f16, true, kernel});
+        check_convolution({3, 16, {37, 21}, graph::Activation::relu, Storage::f32, false, {}, kernel});
+        check_convolution({18, 35, {19, 5}, graph::Activation::none, Storage::f16, true, {}, kernel});
     }
-    check_convolution({16, 16, {61, 11}, graph::Activation::relu, Storage::f32, false, 5}, true);
-    check_convolution({16, 33, {61, 11}, graph::Activation::relu, Storage::f16, false, 5}, true);
+    check_convolution({16, 16, {61, 11}, graph::Activation::relu, Storage::f32, false, {}, 5}, true);
+    check_convolution({16, 33, {61, 11}, graph::Activation::relu, Storage::f16, false, {}, 5}, true);
 }
 
 TEST_CASE("convolutions between views, and stored in half") {
@@ -156,11 +160,19 @@ TEST_CASE("convolutions between views, and stored in half") {
 }
 
 TEST_CASE("convolutions of groups, and with strides") {
-    check_convolution({6, 9, {23, 14}, graph::Activation::relu, Storage::f32, false, 3, 3});
-    check_convolution({8, 8, {23, 14}, graph::Activation::none, Storage::f16, true, 5, 8});
-    check_convolution({4, 6, {23, 14}, graph::Activation::relu, Storage::f32, false, 3, 1, 2});
-    check_convolution({4, 6, {22, 15}, graph::Activation::none, Storage::f32, true, 5, 2, 3});
-    check_convolution({3, 2, {7, 5}, graph::Activation::none, Storage::f32, false, 1, 1, 2});
+    check_convolution({6, 9, {23, 14}, graph::Activation::relu, Storage::f32, false, {0, 0}, 3, 3});
+    check_convolution({8, 8, {23, 14}, graph::Activation::none, Storage::f16, true, {0, 0}, 5, 8});
+    check_convolution({4, 6, {23, 14}, graph::Activation::relu, Storage::f32, false, {0, 0}, 3, 1, 2});
+    check_convolution({4, 6, {22, 15}, graph::Activation::none, Storage::f32, true, {0, 0}, 5, 2, 3});
+    check_convolution({3, 2, {7, 5}, graph::Activation::none, Storage::f32, false, {0, 0}, 1, 1, 2});
+}
+
+TEST_CASE("convolutions of NSRR's shapes, of which a part is wanted") {
+    check_convolution({32, 3, {37, 21}, graph::Activation::none, Storage::f32, false, {3, 3}});
+    check_convolution({60, 64, {13, 10}, graph::Activation::relu, Storage::f32, false, {1, 2}});
+    check_convolution({96, 32, {12, 9}, graph::Activation::relu, Storage::f16});
+    check_convolution({20, 32, {24, 13}});
+    check_convolution({32, 4, {24, 13}, graph::Activation::none});
 }
 
 TEST_CASE("every choice computes the same") {
@@ -174,7 +186,7 @@ TEST_SUITE("small") {
         check_convolution({3, 5, {1, 1}});
         check_convolution({22, 16, {7, 1}});
         check_convolution({16, 20, {9, 6}});
-        check_convolution({3, 5, {2, 1}, graph::Activation::relu, Storage::f32, false, 5});
+        check_convolution({3, 5, {2, 1}, graph::Activation::relu, Storage::f32, false, {}, 5});
     }
 }
 
@@ -184,7 +196,7 @@ TEST_CASE("a value that is not finite spreads no farther than it must") {
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 1, random);
     const runtime::Problem problem = problem_of(test, parameters);
     const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
-    const Planes expected = expected_convolution(clean, parameters, 0, test.activation);
+    const Planes expected = expected_convolution(clean, parameters, 0, test.activation, test.size);
     for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
         Planes image = clean;
         const int bad_x = 9, bad_y = 6;

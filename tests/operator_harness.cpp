@@ -116,7 +116,11 @@ TensorLayout part_layout(graph::Shape shape, Storage storage, int block, int str
     return {0, storage, shape.width, shape.height, shape.channels, block, stride, offset};
 }
 
-cl::Buffer upload(ocl::Context& context, const TensorLayout& layout, const Planes* image) {
+cl::Buffer upload(ocl::Context& context, const TensorLayout& whole, const Planes* image) {
+    TensorLayout layout = whole;  // of what is stored
+    layout.width /= layout.samples;
+    layout.height /= layout.samples;
+    layout.samples = 1;
     std::vector<unsigned char> memory = garbage(layout);
     if (image) {
         REQUIRE(image->shape == graph::Shape{layout.channels, layout.height, layout.width});

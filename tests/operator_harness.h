@@ -34,7 +34,8 @@ runtime::TensorLayout pixel_layout(graph::Shape shape, runtime::Storage storage)
 /// A part of cells of `stride` elements, at `offset`, which hold a block × block square of pixels each.
 runtime::TensorLayout part_layout(graph::Shape shape, runtime::Storage storage, int block, int stride, int offset);
 
-/// A buffer with room for a layout and for vector loads past its end. All of it that is not the image is garbage.
+/// A buffer with room for a layout and for vector loads past its end. All of it that is not the image is garbage. Of a
+/// zero-upsampled image, the samples.
 cl::Buffer upload(ocl::Context& context, const runtime::TensorLayout& layout, const Planes* image = nullptr);
 /// The image in a buffer of upload(). Checks that what is not the image is as it was.
 Planes download(ocl::Context& context, const runtime::TensorLayout& layout, const cl::Buffer& buffer);

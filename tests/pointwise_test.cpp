@@ -35,7 +35,7 @@ double evaluate(const Step& step, int c, const std::vector<std::vector<double>>&
         case Step::Function::clamp:
             return operand(0) > step.low ? std::min<double>(operand(0), step.high) : step.low;
         case Step::Function::tanh:
-            return std::tanh(operand(0));
+            return std::isnan(operand(0)) ? -1 : std::tanh(operand(0));
         case Step::Function::prelu:
             return operand(0) > 0 ? operand(0) : step.coefficients[c] * operand(0);
         case Step::Function::round:
@@ -174,6 +174,56 @@ TEST_CASE("the sigmoid is accurate, and a number whatever it is given") {
     check_pointwise(sigmoid, {images}, {{1, 2, 4, 0}}, {1, 2, 8, 4}, 1e-6f);
 }
 
+TEST_CASE("the hyperbolic tangent is accurate, and a number whatever it is given") {
+    Planes images = planes({1, 2, 4001}, [](int, int x, int y) { return (x - 2000) * (y ? 0.05f : 0.005f); });
+    images.values[0] = kNan;
+    images.values[1] = std::numeric_limits<float>::infinity();
+    images.values[2] = -1e30f;
+    check_pointwise({{{Step::Function::tanh, {0}}}, {1}}, {images}, {{1, 1, 1, 0}}, {1, 1, 1, 0}, 2e-6f);
+}
+
+TEST_CASE("linear combinations of images, times an image of one channel") {
+    std::mt19937 random(3);
+    const std::vector<Planes> images = {random_planes({3, 8, 10}, random), random_planes({3, 8, 10}, random),
+                                        random_planes({1, 8, 10}, random, -3, 3)};
+    const graph::Pointwise program{
+        {{Step::Function::linear, {0, 1}, 0, 0, {0.25f, -1.5f}, 0.5f}, {Step::Function::product, {3, 2}}}, {4, 0}};
+    check_pointwise(program, images, {{3, 1, 3, 0}, {3, 1, 8, 5}, {1, 1, 4, 2}}, {6, 1, 12, 3}, 1e-6f);
+    check_pointwise(program, images, {{3, 2, 12, 0}, {3, 1, 3, 0}, {1, 1, 1, 0}}, {6, 2, 24, 0}, 1e-6f);
+}
+
+void check_gathering(int scale, graph::Shape render, Size whole, Storage storage, bool previous) {
+    CAPTURE(scale);
+    CAPTURE(previous);
+    std::mt19937 random(2);
+    const graph::Shape output{render.channels, render.height * scale, render.width * scale};
+    const Planes samples = rounded(random_planes(render, random), storage);
+    const Planes image = rounded(random_planes(output, random), storage);
+    runtime::FrameConstants frame;
+    frame.sample_x = frame.previous_sample_y = scale - 1;
+    const int qx = previous ? frame.previous_sample_x : frame.sample_x;
+    const int qy = previous ? frame.previous_sample_y : frame.sample_y;
+    const Planes expected = planes({2 * render.channels, whole.height, whole.width}, [&](int c, int x, int y) -> float {
+        x = std::min(x, output.width - 1);
+        y = std::min(y, output.height - 1);
+        if (c >= render.channels) return image.at(c - render.channels, x, y);
+        return x % scale == qx && y % scale == qy ? samples.at(c, x / scale, y / scale) : 0;
+    });
+    runtime::Problem problem;
+    problem.node = {graph::Pointwise{{}, {0, 1}}, {}, expected.shape, "gather"};
+    problem.inputs = {part_layout(output, storage, 1, render.channels + 5, 3), pixel_layout(output, storage)};
+    problem.inputs[0].samples = scale;
+    problem.inputs[0].previous_samples = previous;
+    problem.output = pixel_layout(expected.shape, storage);
+    check_operator(problem, {samples, image}, frame, expected, 0);
+}
+
+TEST_CASE("zero-upsampled and smaller images are read where they have something") {
+    check_gathering(4, {12, 7, 5}, {20, 28}, Storage::f32, false);
+    check_gathering(3, {3, 5, 7}, {24, 16}, Storage::f32, true);
+    check_gathering(2, {4, 3, 37}, {76, 8}, Storage::f16, false);
+}
+
 TEST_CASE("a clamp lets no NaN through") {
     Planes images = planes({4, 6, 8}, [](int c, int x, int y) { return static_cast<float>(x - y) * 0.3f + c; });
     images.values[0] = images.values[50] = images.values[190] = kNan;
@@ -255,5 +305,6 @@ TEST_SUITE("small") {
     TEST_CASE("pointwise programs on small images") {
         check_blend(1, 1, 2, Storage::f32, Storage::f32, 4);
         check_blend(3, 2, 3, Storage::f16, Storage::f16, 4);
+        check_gathering(5, {2, 1, 1}, {8, 8}, Storage::f32, false);
     }
 }

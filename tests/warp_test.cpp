@@ -38,6 +38,8 @@ struct Case {
     int out_block = 1;
     Storage storage = Storage::f32;
     bool reset = false;
+    bool without_fallback = false;
+    int samples = 1;  // the image is zero-upsampled by so much
 };
 
 Planes expected_warp(const Case& test, const Planes& image, const Planes& motion, const Planes& fallback, Vec2 jitter) {
@@ -47,7 +49,7 @@ Planes expected_warp(const Case& test, const Planes& image, const Planes& motion
         const float my = motion.at(1, x / test.warp.motion_block, y / test.warp.motion_block);
         if (!test.reset && std::isfinite(mx) && std::isfinite(my))
             return bilinear(image, c, x + double(mx), y + double(my), test.warp.border);
-        if (c >= fallback.shape.channels) return 0;
+        if (test.without_fallback || c >= fallback.shape.channels) return 0;
         if (scale == 1) return fallback.at(c, x, y);
         return bilinear(fallback, c, (x + 0.5) / scale - 0.5 - jitter.x, (y + 0.5) / scale - 0.5 - jitter.y,
                         graph::Border::clamp);
@@ -90,7 +92,8 @@ void check_warp(const Case& test) {
     const int scale = test.warp.fallback_scale, block = test.warp.motion_block;
     const graph::Shape shape{test.channels, test.render.height * scale, test.render.width * scale};
     const graph::Shape blocks{2, (shape.height + block - 1) / block, (shape.width + block - 1) / block};
-    const Planes image = rounded(random_planes(shape, random), test.storage);
+    const graph::Shape stored{shape.channels, shape.height / test.samples, shape.width / test.samples};
+    const Planes image = rounded(random_planes(stored, random), test.storage);
     const Planes motion =
         planes(blocks, [&](int c, int, int) { return any_motion(random, c == 0 ? shape.width : shape.height); });
     const Planes fallback = rounded(random_planes(test.render, random), test.storage);
@@ -107,7 +110,21 @@ void check_warp(const Case& test) {
     frame.jitter_x = jitter.x;
     frame.jitter_y = jitter.y;
     frame.reset = test.reset;
-    check_operator(problem, {image, motion, fallback}, frame, expected_warp(test, image, motion, fallback, jitter),
+    std::vector<Planes> inputs{image, motion, fallback};
+    if (test.without_fallback) {
+        inputs.pop_back();
+        problem.inputs.pop_back();
+    }
+    problem.inputs[0].samples = test.samples;
+    problem.inputs[0].previous_samples = test.samples > 1;
+    frame.previous_sample_x = test.samples - 1;
+    frame.previous_sample_y = test.samples / 2;
+    const Planes whole = planes(shape, [&](int c, int x, int y) {
+        const bool is_sample =
+            x % test.samples == frame.previous_sample_x && y % test.samples == frame.previous_sample_y;
+        return is_sample ? image.at(c, x / test.samples, y / test.samples) : 0;
+    });
+    check_operator(problem, inputs, frame, expected_warp(test, whole, motion, fallback, jitter),
                    storage_tolerance(test.storage));
 }
 
@@ -121,6 +138,17 @@ TEST_CASE("warp writes every pixel's history or its fallback") {
         check_warp({{graph::Border::zero, 8, 1}, {4, 33, 50}, 4, 1, storage});
         check_warp({{graph::Border::zero, 1, 3}, {12, 7, 9}, 12, 1, storage});
         check_warp({{graph::Border::clamp, 1, 2}, {1, 9, 7}, 3, 2, storage});
+        check_warp({{graph::Border::clamp, 1, 2}, {4, 21, 40}, 4, 1, storage});
+    }
+}
+
+TEST_CASE("warp without a fallback, of zero-upsampled images too") {
+    for (const Storage storage : {Storage::f32, Storage::f16}) {
+        check_warp({{graph::Border::zero, 1, 1}, {12, 33, 50}, 12, 1, storage, false, true});
+        check_warp({{graph::Border::zero, 1, 1}, {8, 17, 31}, 8, 1, storage, true, true});
+        check_warp({{graph::Border::zero, 1, 1}, {12, 28, 36}, 12, 1, storage, false, true, 4});
+        check_warp({{graph::Border::zero, 1, 1}, {5, 22, 34}, 5, 1, storage, false, true, 2});
+        check_warp({{graph::Border::zero, 1, 1}, {12, 15, 21}, 12, 1, storage, true, true, 3});
     }
 }
 
@@ -134,5 +162,6 @@ TEST_SUITE("small") {
         check_warp({{graph::Border::clamp, 8, 2}, {3, 1, 1}, 4, 2});
         check_warp({{graph::Border::clamp, 8, 2}, {3, 9, 10}, 4, 2});
         check_warp({{graph::Border::zero, 8, 1}, {3, 1, 19}, 3, 1});
+        check_warp({{graph::Border::zero, 1, 1}, {12, 5, 5}, 12, 1, Storage::f32, false, true, 5});
     }
 }

@@ -36,12 +36,16 @@ Size scaled(Size render, double scale) {
 }
 
 graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {
+    if (options.previous_frames && model.pipeline() != "nsrr")
+        fail(ErrorKind::invalid_argument,
+             "options.previous_frames: {} is of pipeline {}; only an nsrr model lets choose how many frames it uses",
+             model.name(), model.pipeline());
     const pipelines::FilterSettings settings{model.scale(), render, output, sharpness(model, options)};
     for (const pipelines::FilterPipeline& filter : pipelines::filters())
         if (filter.name == model.pipeline()) return filter.build(settings);
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
         if (pipeline.name == model.pipeline())
-            return pipeline.build(*model.tensors(), static_cast<int>(model.scale()), render);
+            return pipeline.build(*model.tensors(), static_cast<int>(model.scale()), render, {previous_frames});
     throw std::logic_error("a model was loaded for a pipeline that is not there");
 }
 

@@ -84,6 +84,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
     if (!(from.sharpness < 0)) options.sharpness = from.sharpness;
+    if (from.previous_frames >= 0) options.previous_frames = from.previous_frames;
     return options;
 }
 
@@ -126,6 +127,7 @@ clarus_options clarus_default_options(void) {
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
     options.sharpness = -1;
+    options.previous_frames = -1;
     return options;
 }
 

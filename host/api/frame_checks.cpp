@@ -75,6 +75,8 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
         fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
     if (!(options.sharpen >= 0 && options.sharpen <= 1))
         fail(ErrorKind::invalid_argument, "options.sharpen: {}; must be from 0 to 1", options.sharpen);
+    if (options.band_rows < 0)
+        fail(ErrorKind::invalid_argument, "options.band_rows: {}; 0 chooses, else it is 1 or more", options.band_rows);
     for (const std::string& view : options.views) {
         if (graph.views.contains(view)) continue;
         std::string names;

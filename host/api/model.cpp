@@ -80,7 +80,7 @@ Model Model::load(const std::string& path) {
     state->needs_motion = pipeline->needs_motion;
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
-    pipeline->build(*state->tensors, scale, {8, 8});
+    pipeline->build(*state->tensors, scale, {8, 8}, {});
     return Model(std::move(state));
 }
 

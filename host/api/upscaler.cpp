@@ -97,8 +97,11 @@ struct Upscaler::State {
             constants.depth_addend = infinite ? 0.0f : constants.depth_numerator;
         }
         constants.exposure = frame.exposure;
-        constants.sample_x = sample_position(frame.jitter.x, static_cast<int>(std::ceil(model.scale())));
-        constants.sample_y = sample_position(frame.jitter.y, static_cast<int>(std::ceil(model.scale())));
+        const int scale = static_cast<int>(std::ceil(model.scale()));
+        constants.sample_x = sample_position(frame.jitter.x, scale);
+        constants.sample_y = sample_position(frame.jitter.y, scale);
+        constants.previous_sample_x = sample_position(previous_jitter.x, scale);
+        constants.previous_sample_y = sample_position(previous_jitter.y, scale);
         constants.reset = without_history;
         return constants;
     }

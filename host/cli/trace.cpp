@@ -17,12 +17,13 @@ void Trace::add(Track track, std::string name, std::string frame, double start, 
 void Trace::add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames) {
     double first = std::numeric_limits<double>::infinity();
     for (const StageProfile& stage : stages)
-        for (const auto& span : stage.spans) first = std::min(first, span[0]);
+        for (const StageProfile::Span& span : stage.spans) first = std::min(first, span.start);
 
     for (const StageProfile& stage : stages) {
-        for (size_t i = 0; i < std::min(stage.spans.size(), frames.size()); ++i)
-            add(Track::device, stage.name, frames[i], stage.spans[i][0] - first + device_start_,
-                stage.spans[i][1] - first + device_start_);
+        for (const StageProfile::Span& span : stage.spans)
+            if (static_cast<size_t>(span.frame) < frames.size())
+                add(Track::device, stage.name, frames[span.frame], span.start - first + device_start_,
+                    span.end - first + device_start_);
     }
 }
 

@@ -43,6 +43,7 @@ struct UpscaleOptions {
     std::optional<Format> format;
     Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
     float sharpen = 0;
+    std::optional<int> previous_frames;
     std::vector<std::string> views;
     bool profile = false;
     std::filesystem::path trace, report;
@@ -95,6 +96,7 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     result.sharpen = options.sharpen;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
+    result.previous_frames = options.previous_frames;
     result.profile = options.profile || !options.trace.empty() || !options.report.empty();
     return result;
 }
@@ -286,6 +288,10 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("BETA")
         ->expected(0, 1)
         ->default_str("0.15");
+    command
+        .add_option("--previous-frames", options->previous_frames,
+                    "For NSRR: use so many previous frames instead of all that the model was trained with")
+        ->type_name("K");
     command
         .add_option("--view", options->views,
                     "Also write what the pipeline saw inside, to DIR/views/NAME; `list` "

@@ -149,6 +149,23 @@ Value Graph::mlaa(Value image, std::string name) {
     return add(Mlaa{}, {image}, shape(image), std::move(name));
 }
 
+Value Graph::warp(Value image, Value motion, Border border, std::string name) {
+    const Shape in = shape(image);
+    expect(shape(motion) == Shape{2, in.height, in.width}, "one motion vector for each pixel of the image");
+    return add(Warp{border, 1, 1}, {image, motion}, in, std::move(name));
+}
+
+Value Graph::zero_upsample(Value image, int scale) {
+    const Shape in = shape(image);
+    return add(ZeroUpsample{scale}, {image}, {in.channels, in.height * scale, in.width * scale}, "zero_upsample");
+}
+
+Value Graph::max_pool(Value image, std::string name) {
+    const Shape in = shape(image);
+    expect(in.height % 2 == 0 && in.width % 2 == 0, "pooling halves the image");
+    return add(MaxPool{}, {image}, {in.channels, in.height / 2, in.width / 2}, std::move(name));
+}
+
 Value Graph::space_to_depth(Value image, int scale) {
     const Shape in = shape(image);
     expect(in.height % scale == 0 && in.width % scale == 0, "space-to-depth divides the image");
@@ -163,7 +180,7 @@ Value Graph::depth_to_space(Value image, int scale) {
                "depth_to_space");
 }
 
-Value Graph::concat(std::vector<Value> inputs) {
+Value Graph::concat(std::vector<Value> inputs, std::string name) {
     expect(!inputs.empty(), "concat joins something");
     Shape result = shape(inputs.front());
     result.channels = 0;
@@ -172,7 +189,7 @@ Value Graph::concat(std::vector<Value> inputs) {
         expect(in.height == result.height && in.width == result.width, "concat joins images of one size");
         result.channels += in.channels;
     }
-    return add(Concat{}, std::move(inputs), result, "concat");
+    return add(Concat{}, std::move(inputs), result, std::move(name));
 }
 
 Value Graph::slice(Value image, int first, int count) {
@@ -182,12 +199,18 @@ Value Graph::slice(Value image, int first, int count) {
 }
 
 Value Graph::convolution(Value image, Parameters weights, Activation activation, std::string name) {
+    const Size whole{shape(image).width, shape(image).height};
+    return convolution(image, std::move(weights), activation, std::move(name), whole);
+}
+
+Value Graph::convolution(Value image, Parameters weights, Activation activation, std::string name, Size part) {
     const Shape in = shape(image);
     expect(weights.in_channels == in.channels, "a convolution's weights fit its input");
     expect(weights.kernel % 2 == 1, "a convolution's kernel has a middle");
     expect(in.channels % weights.groups == 0 && weights.out_channels % weights.groups == 0, "groups are of one size");
-    const Shape result{weights.out_channels, ceil_divide(in.height, weights.stride),
-                       ceil_divide(in.width, weights.stride)};
+    expect(part.width <= in.width && part.height <= in.height, "a part is no larger than the whole");
+    const Shape result{weights.out_channels, ceil_divide(part.height, weights.stride),
+                       ceil_divide(part.width, weights.stride)};
     parameters.push_back(std::move(weights));
     return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
 }
@@ -206,6 +229,35 @@ Value Graph::mix(Value where_one, Value where_zero, Value weight, std::string na
 
 Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::tanh(Value image, std::string name) {
+    return add(Pointwise{{{Step::Function::tanh, {0}}}, {1}}, {image}, shape(image), std::move(name));
+}
+
+Value Graph::product(Value a, Value b, std::string name) {
+    const Shape &left = shape(a), &right = shape(b);
+    expect(left.height == right.height && left.width == right.width, "factors have one size");
+    expect(left.channels == right.channels || left.channels == 1 || right.channels == 1, "factors have one shape");
+    const Shape result{std::max(left.channels, right.channels), left.height, left.width};
+    return add(Pointwise{{{Step::Function::product, {0, 1}}}, {2}}, {a, b}, result, std::move(name));
+}
+
+Value Graph::linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name) {
+    expect(!images.empty() && images.size() == coefficients.size(), "a coefficient for each image");
+    const Shape result = shape(images.front());
+    for (const Value image : images) expect(shape(image) == result, "images that are added have one shape");
+    const int count = static_cast<int>(images.size());
+    Step step{Step::Function::linear, std::vector<int>(count), 0, 0, std::move(coefficients), addend};
+    std::iota(step.operands.begin(), step.operands.end(), 0);
+    return add(Pointwise{{std::move(step)}, {count}}, std::move(images), result, std::move(name));
+}
+
+Value Graph::replicate_to(Value image, Size size) {
+    const Shape in = shape(image);
+    if (size == Size{in.width, in.height}) return image;
+    expect(size.width >= in.width && size.height >= in.height, "an image is made larger");
+    return add(Pointwise{{}, {0}}, {image}, {in.channels, size.height, size.width}, "replicate");
 }
 
 Value Graph::round(Value image, std::string name) {
@@ -302,6 +354,7 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
     if (std::holds_alternative<Project>(node.op)) return 3 * elements;
+    if (std::holds_alternative<MaxPool>(node.op)) return 3 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
     if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels

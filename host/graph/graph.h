@@ -95,6 +95,10 @@ class Graph {
     Value dilate(Value motion, Value depth, int scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
+    /// With one vector a pixel and fallback 0.
+    Value warp(Value image, Value motion, Border border, std::string name);
+    Value zero_upsample(Value image, int scale);
+    Value max_pool(Value image, std::string name);
     Value pick(Value image, int scale, std::string name);
     Value place(Value image, Value samples, int scale, std::string name);
     Value average_pool(Value image, int scale, std::string name);
@@ -104,9 +108,11 @@ class Graph {
     Value mlaa(Value image, std::string name);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
-    Value concat(std::vector<Value> inputs);
+    Value concat(std::vector<Value> inputs, std::string name = {});
     Value slice(Value image, int first, int count);
     Value convolution(Value image, Parameters weights, Activation activation, std::string name);
+    /// Of which only the top left part is wanted.
+    Value convolution(Value image, Parameters weights, Activation activation, std::string name, Size part);
     Value sigmoid(Value image, std::string name);
     Value mix(Value where_one, Value where_zero, Value weight, std::string name);
     Value clamp(Value image, float low, float high, std::string name);
@@ -124,6 +130,9 @@ class Graph {
     Value softmax(Value image, int groups, std::string name);
     Value channel_maximum(Value image, int groups, std::string name);
     Value channel_sum(Value image, int groups, std::string name);
+    /// The image made larger by repeating its last column to the right and its last row below; itself where it has
+    /// that size.
+    Value replicate_to(Value image, Size size);
 
   private:
     Value pointwise(Step::Function function, Value a, Value b, std::string name);

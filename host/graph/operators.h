@@ -81,8 +81,8 @@ enum class Border { clamp, zero };
 
 /// warp(I, M, border, fallback). Inputs: image, motion in HR pixels (one vector for each block of `motion_block`
 /// squared pixels, NaN where invalid), and the image that gives the fallback: itself where it has the warped image's
-/// size, else upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0. On a reset frame all is
-/// fallback.
+/// size, else upsample(fallback, s, J) of a render-resolution one; channels it lacks are 0, as is all of it where there
+/// is no such input. On a reset frame all is fallback.
 struct Warp {
     Border border;
     int motion_block;
@@ -124,6 +124,13 @@ struct Mlaa {};
 inline constexpr float kMlaaThreshold = 1 / 16.0f;
 /// How far along an edge its end is looked for, in pixels.
 inline constexpr int kMlaaReach = 64;
+/// zero_upsample(x, s, J). A view: the zeros are never stored.
+struct ZeroUpsample {
+    int scale;
+};
+
+/// maxpool_2. Input: an image whose sides are even.
+struct MaxPool {};
 
 struct SpaceToDepth {
     int scale;
@@ -142,6 +149,7 @@ struct Slice {
 enum class Activation { none, relu };
 
 /// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size, its groups and stride.
+/// The result may be smaller than the input: then it is that of its top left part.
 struct Convolution {
     int parameters;
     Activation activation;
@@ -168,21 +176,23 @@ struct Step {
     std::vector<int> operands;
     float low = 0;
     float high = 0;
+    /// Of linear, one an operand; of prelu, one a channel.
     std::vector<float> coefficients = {};
     float addend = 0;
     int groups = 1;
 };
 
-/// A program that is run on every pixel of inputs of one size, channel by channel but for what is said to be across
-/// channels; an input of one channel serves every channel. The result is `results` (operand numbers) one after another
-/// along channels.
+/// A program that is run on every pixel of inputs, channel by channel but for what is said to be across channels; an
+/// input of one channel serves every channel. The result is `results` (operand numbers) one after another along
+/// channels. It may be larger than an input, whose last column and row then go on to the right and below.
 struct Pointwise {
     std::vector<Step> steps;
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, Resample, Easu, Rcas, ForemostMotion,
-                              Accumulate, Dilate, Warp, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa,
-                              SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
+                 Accumulate, Dilate, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa,
+                 SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

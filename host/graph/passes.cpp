@@ -107,14 +107,18 @@ void join_through_concat(Graph& graph) {
         if (!std::holds_alternative<Concat>(graph.nodes[concat].op)) continue;
         const std::vector<Value> parts = graph.nodes[concat].inputs;
         const auto absorbed = [&](Value part) { return as_pointwise(graph, part) && uses.by_nodes[part] == 1; };
-        if (std::none_of(parts.begin(), parts.end(), absorbed)) continue;
+        const auto gathered = [&](Value part) {
+            const Operator& op = graph.nodes[part].op;
+            return absorbed(part) || std::holds_alternative<Slice>(op) || std::holds_alternative<ZeroUpsample>(op);
+        };
+        if (std::none_of(parts.begin(), parts.end(), gathered)) continue;
 
         Program program;
         std::vector<int> results;
         for (const Value part : parts)
             for (const int operand : take_in(program, graph, part, absorbed(part))) results.push_back(operand);
         std::move(program).finish(graph.nodes[concat], std::move(results));
-        graph.nodes[concat].name = graph.nodes[parts.front()].name;
+        if (graph.nodes[concat].name.empty()) graph.nodes[concat].name = graph.nodes[parts.front()].name;
 
         int first = 0;
         for (const Value part : parts) {

@@ -9,7 +9,8 @@ namespace clarus::graph {
 /// Each pass returns a graph that computes the same output, states and views.
 
 /// Joins pointwise programs: into their users where they have one user only, and through concat, so that one program
-/// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place.
+/// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place,
+/// and what it takes from the memory of others (slices, zero-upsampled images) is gathered in one go.
 Graph fuse_pointwise(const Graph& graph);
 
 /// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are

@@ -97,7 +97,7 @@ void Executor::warm_up() {
         stages_.back().bindings.target_offset = offset_and_pitch(0, tight_pitch(size, options_.output_format));
         FrameConstants constants;
         constants.reset = 1;
-        for (Stage& stage : stages_) run(stage, constants);
+        run_stages(constants);
         context_.queue().finish();
     });
     profiler_.take();
@@ -178,6 +178,7 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
                                                                frame.wait_for.data(), nullptr);
             if (status != CL_SUCCESS) throw cl::Error(status);
         }
+        profiler_.begin_frame();
         weights_.select({constants.jitter_x, constants.jitter_y});
         queue.enqueueFillBuffer(counter_, cl_uint(0), 0, sizeof(cl_uint));
 
@@ -187,7 +188,7 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
         bind_input(Resource::depth, frame.depth, plan_.ingest.depth);
         bind_input(Resource::motion, frame.motion, plan_.ingest.motion);
         const bool host_output = bind_target(frame.output);
-        for (Stage& stage : stages_) run(stage, constants);
+        run_stages(constants);
         if (host_output) read_back(frame.output);
         queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result.invalid_motion_vectors);
         queue.enqueueMarkerWithWaitList(nullptr, &result.done);
@@ -234,7 +235,21 @@ bool Executor::bind_target(const Image& image) {
     return true;
 }
 
-void Executor::run(Stage& stage, const FrameConstants& constants) {
+void Executor::run_stages(const FrameConstants& constants) {
+    for (Stage& stage : stages_) bind(stage, constants);
+    const auto launch = [&](Stage& stage) { stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile)); };
+    launch(stages_.front());
+    for (const auto& [index, first, end] : plan_.launches) {
+        Stage& stage = stages_[index + 1];
+        if (end == 0)
+            launch(stage);
+        else
+            stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
+    }
+    launch(stages_.back());
+}
+
+void Executor::bind(Stage& stage, const FrameConstants& constants) {
     Bindings& bindings = stage.bindings;
     bindings.frame = constants;
     bindings.inputs.resize(stage.input_memories.size());
@@ -246,7 +261,6 @@ void Executor::run(Stage& stage, const FrameConstants& constants) {
         bindings.packed_offset = weights_.offset(stage.parameters);
     }
     stage.launch.bind(bindings);
-    stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile));
 }
 
 void Executor::read_back(const Image& image) {

@@ -68,7 +68,8 @@ class Executor {
     const cl::Buffer& memory(int index) const;
     void bind_input(graph::Resource resource, const Image& image, const std::optional<TensorLayout>& layout);
     bool bind_target(const Image& image);  // whether the output must be read back
-    void run(Stage& stage, const FrameConstants& constants);
+    void run_stages(const FrameConstants& constants);
+    void bind(Stage& stage, const FrameConstants& constants);
     void read_back(const Image& image);
     std::shared_ptr<FrameResult> free_result();
 

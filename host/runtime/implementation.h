@@ -52,6 +52,8 @@ struct KernelCall {
     std::vector<Argument> arguments;
     std::array<size_t, 2> global{1, 1};  // rounded up to multiples of `local`
     std::array<size_t, 2> local{1, 1};
+    int row_axis = 1;      // along which work-items are one below the other in the result
+    int rows_an_item = 1;  // that a work-item makes
 };
 
 /// How a convolution's weights become what its kernel reads. `entry` of the same file and options takes (weights OIHW,
@@ -105,6 +107,7 @@ std::span<const Implementation> sharpen_implementations();
 std::span<const Implementation> offset_mask_implementations();
 std::span<const Implementation> project_implementations();
 std::span<const Implementation> mlaa_implementations();
+std::span<const Implementation> max_pool_implementations();
 std::span<const Implementation> pointwise_implementations();
 
 }  // namespace clarus::runtime

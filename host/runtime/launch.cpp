@@ -81,6 +81,16 @@ void Launch::enqueue(const cl::CommandQueue& queue, cl::Event* event) const {
     });
 }
 
+void Launch::enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event) const {
+    std::array<size_t, 2> offset{0, 0}, global = call_.global;
+    offset[call_.row_axis] = first / call_.rows_an_item;
+    global[call_.row_axis] = (end - first + call_.rows_an_item - 1) / call_.rows_an_item;
+    ocl::checked(doing_, [&] {
+        queue.enqueueNDRangeKernel(kernel_, cl::NDRange(offset[0], offset[1]), rounded_up(global, call_.local),
+                                   cl::NDRange(call_.local[0], call_.local[1]), nullptr, event);
+    });
+}
+
 PackLaunch::PackLaunch(ocl::Context& context, const Lowered& lowered)
     : packing_(lowered.packing.value()),
       kernel_(create_kernel(context, lowered.call, packing_.entry)),

@@ -33,6 +33,8 @@ class Launch {
     void bind(const Bindings& bindings);
     /// Enqueues with the arguments as they are. `event` may be null.
     void enqueue(const cl::CommandQueue& queue, cl::Event* event = nullptr) const;
+    /// The same for rows [first, end) of the result alone. `first` is a multiple of what a work-group makes.
+    void enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event = nullptr) const;
 
     const KernelCall& call() const { return call_; }
 

@@ -31,7 +31,12 @@ bool is(const Node& node) {
 
 /// A value that no kernel makes: it shows a part of another, or memory of the frame before.
 bool shows_another(const Node& node) {
-    return is<graph::Slice>(node) || is<graph::DepthToSpace>(node) || is<graph::Previous>(node);
+    return is<graph::Slice>(node) || is<graph::DepthToSpace>(node) || is<graph::ZeroUpsample>(node) ||
+           is<graph::Previous>(node);
+}
+
+bool reads_samples(const Node& node) {
+    return is<graph::Pointwise>(node) || is<graph::Warp>(node) || is<graph::Slice>(node);
 }
 
 Storage storage_of(const Graph& graph, Value value, Storage images) {
@@ -51,7 +56,14 @@ struct Conflict {
 
 class Placer {
   public:
-    Placer(const Graph& graph, Storage images) : graph_(graph), images_(images), layouts_(graph.nodes.size()) {}
+    Placer(const Graph& graph, Storage images)
+        : graph_(graph), images_(images), layouts_(graph.nodes.size()), states_(graph.nodes.size(), -1) {
+        for (int state = 0; state < static_cast<int>(graph.states.size()); ++state) {
+            int& made = states_[maker(graph.states[state].next)];
+            if (made >= 0) throw std::logic_error("a memory holds one state");
+            made = state;
+        }
+    }
 
     /// Lays out everything, or returns the first conflict.
     std::optional<Conflict> place() {
@@ -61,7 +73,6 @@ class Placer {
             if (layouts_[value].memory < 0) layouts_[value] = own_memory(value);
             if (const auto conflict = place_inputs(value)) return conflict;
         }
-        for (const graph::State& state : graph_.states) place_previous(state);
         for (Value value = 0; value < static_cast<Value>(graph_.nodes.size()); ++value) place_view(value);
         return std::nullopt;
     }
@@ -80,13 +91,15 @@ class Placer {
             fail(ErrorKind::invalid_argument,
                  "{} channels of {}x{} pixels are more than a kernel can count; take a smaller size", shape.channels,
                  shape.width, shape.height);
-        memories_.push_back({bytes, shape.elements() * bytes_of(storage)});
+        memories_.push_back({bytes, shape.elements() * bytes_of(storage), states_[value]});
         return layout;
     }
 
     std::optional<Conflict> place_inputs(Value value) {
         const Node& node = graph_.nodes[value];
         const TensorLayout& home = layouts_[value];
+        for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position)
+            if (shows_samples(node.inputs[position]) && !reads_samples(node)) return Conflict{value, position};
         if (is<graph::Concat>(node)) {
             int first = 0;
             for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position) {
@@ -128,43 +141,69 @@ class Placer {
         const bool free = layouts_[value].memory < 0 && !shows_another(node);
         const bool convertible = storage_of(graph_, value, images_) == layout.storage;
         const bool writable = layout.block == 1 || !is<graph::Convolution>(node);
-        if (!free || !convertible || !writable) return false;
+        int& state = memories_[layout.memory].state;
+        const bool alone = states_[value] < 0 || state < 0;
+        if (!free || !convertible || !writable || !alone) return false;
+        if (state < 0) state = states_[value];
         layouts_[value] = layout;
         return true;
     }
 
-    void place_previous(const graph::State& state) {
-        TensorLayout layout = layouts_[state.next];
-        if (layout.memory < 0) throw std::logic_error("a state is made by a kernel");
-        const int index = static_cast<int>(&state - graph_.states.data());
-        memories_[layout.memory].state = index;
-        memories_.push_back({memories_[layout.memory].bytes, memories_[layout.memory].values, index, true});
-        layout.memory = static_cast<int>(memories_.size()) - 1;
-        layouts_[state.previous] = layout;
+    /// What writes the memory that a value shows.
+    Value maker(Value value) const {
+        while (shows_another(graph_.nodes[value])) {
+            if (is<graph::Previous>(graph_.nodes[value])) throw std::logic_error("a state is made by a kernel");
+            value = graph_.nodes[value].inputs[0];
+        }
+        return value;
     }
 
-    void place_view(Value value) {
+    const graph::State& state_of(Value previous) const {
+        return *std::find_if(graph_.states.begin(), graph_.states.end(),
+                             [&](const graph::State& state) { return state.previous == previous; });
+    }
+
+    bool shows_samples(Value value) const {
+        const Node& node = graph_.nodes[value];
+        if (is<graph::Previous>(node)) return shows_samples(state_of(value).next);
+        return is<graph::ZeroUpsample>(node) || (is<graph::Slice>(node) && shows_samples(node.inputs[0]));
+    }
+
+    TensorLayout previous_layout(Value value) {
+        const graph::State& state = state_of(value);
+        TensorLayout layout = place_view(state.next);
+        const int index = static_cast<int>(&state - graph_.states.data());
+        memories_.push_back({memories_[layout.memory].bytes, memories_[layout.memory].values, index, true});
+        layout.memory = static_cast<int>(memories_.size()) - 1;
+        layout.previous_samples = layout.samples > 1;
+        return layout;
+    }
+
+    const TensorLayout& place_view(Value value) {
+        TensorLayout& layout = layouts_[value];
+        if (layout.memory >= 0) return layout;
         const Node& node = graph_.nodes[value];
         const graph::Shape& shape = graph_.shape(value);
+        layout = is<graph::Previous>(node) ? previous_layout(value) : place_view(node.inputs[0]);
+        layout.width = shape.width;
+        layout.height = shape.height;
+        layout.channels = shape.channels;
         if (const auto* slice = std::get_if<graph::Slice>(&node.op)) {
-            TensorLayout layout = layouts_[node.inputs[0]];
-            layout.channels = shape.channels;
             layout.offset += slice->first * layout.block * layout.block;
-            layouts_[value] = layout;
         } else if (const auto* depth_to_space = std::get_if<graph::DepthToSpace>(&node.op)) {
-            TensorLayout layout = layouts_[node.inputs[0]];
             if (layout.block != 1) throw std::logic_error("depth-to-space of blocks");
-            layout.width = shape.width;
-            layout.height = shape.height;
-            layout.channels = shape.channels;
             layout.block = depth_to_space->scale;
-            layouts_[value] = layout;
+        } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
+            if (layout.block != 1) throw std::logic_error("zero-upsampling of blocks");
+            layout.samples = zero_upsample->scale;
         }
+        return layout;
     }
 
     const Graph& graph_;
     Storage images_;
     std::vector<TensorLayout> layouts_;
+    std::vector<int> states_;  // which of them each value makes, or −1
     std::vector<Memory> memories_;
 };
 
@@ -192,15 +231,15 @@ Graph with_copy(const Graph& graph, const Conflict& conflict) {
 }  // namespace
 
 size_t memory_bytes(const TensorLayout& layout) {
-    const size_t rows = (layout.height + layout.block - 1) / layout.block;
-    return (rows * layout.row() + kSlack) * bytes_of(layout.storage);
+    return (static_cast<size_t>(layout.rows()) * layout.row() + kSlack) * bytes_of(layout.storage);
 }
 
 std::string layout_options(const std::string& name, const TensorLayout& layout) {
     return fmt::format(
         "-D{0}_WIDTH={1} -D{0}_HEIGHT={2} -D{0}_CHANNELS={3} -D{0}_BLOCK={4} -D{0}_STRIDE={5} -D{0}_ROW={6} "
-        "-D{0}_OFFSET={7}",
-        name, layout.width, layout.height, layout.channels, layout.block, layout.stride, layout.row(), layout.offset);
+        "-D{0}_OFFSET={7} -D{0}_RING={8}",
+        name, layout.width, layout.height, layout.channels, layout.block, layout.stride, layout.row(), layout.offset,
+        layout.ring);
 }
 
 LayoutPlan lay_out(const graph::Graph& graph, Storage storage) {

@@ -12,7 +12,8 @@ enum class Storage { f32, f16 };
 inline size_t bytes_of(Storage storage) { return storage == Storage::f16 ? 2 : 4; }
 
 /// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels.
-/// With it, concat, slice, space-to-depth and depth-to-space are views of one block of memory.
+/// With it, concat, slice, space-to-depth and depth-to-space are views of one block of memory. So is zero-upsampling:
+/// `samples` times fewer columns and rows are stored, the samples of a frame; every other pixel is 0.
 struct TensorLayout {
     int memory = -1;  // index into LayoutPlan::memories
     Storage storage = Storage::f32;
@@ -20,15 +21,19 @@ struct TensorLayout {
     int block = 1;
     int stride = 0;  // elements from cell to cell
     int offset = 0;  // elements from a cell's start to channel 0
+    int samples = 1;
+    bool previous_samples = false;  // the samples are the frame before's
+    int ring = 0;                   // where not all rows of cells are kept: how many, each in the place of row % ring
 
-    int row() const { return (width + block - 1) / block * stride; }
+    int row() const { return (width / samples + block - 1) / block * stride; }
+    int rows() const { return ring > 0 ? ring : (height / samples + block - 1) / block; }
     friend bool operator==(const TensorLayout&, const TensorLayout&) = default;
 };
 
 /// Bytes of the memory that a layout which is not a part of another's needs, slack for vector loads included.
 size_t memory_bytes(const TensorLayout& layout);
 
-/// "-DIN_WIDTH=… -DIN_HEIGHT=… -DIN_BLOCK=… -DIN_STRIDE=… -DIN_ROW=… -DIN_OFFSET=… -DIN_CHANNELS=…" for name "IN".
+/// "-DIN_WIDTH=… -DIN_HEIGHT=… …", all that kernels/common.clh asks for, for name "IN".
 std::string layout_options(const std::string& name, const TensorLayout& layout);
 
 struct Memory {

@@ -40,24 +40,30 @@ struct Block {
 bool makes_its_value(const graph::Operator& op) {
     return !std::holds_alternative<graph::Slice>(op) && !std::holds_alternative<graph::DepthToSpace>(op) &&
            !std::holds_alternative<graph::SpaceToDepth>(op) && !std::holds_alternative<graph::Concat>(op) &&
-           !std::holds_alternative<graph::Previous>(op);
+           !std::holds_alternative<graph::ZeroUpsample>(op) && !std::holds_alternative<graph::Previous>(op);
 }
 
 bool is_written_first(const graph::Operator& op) {
     return std::holds_alternative<graph::Input>(op) || std::holds_alternative<graph::Plane>(op);
 }
 
-std::vector<Span> lifetimes(const LayoutPlan& plan) {
+std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNodes>& banded) {
     const graph::Graph& graph = plan.graph;
     const int end = static_cast<int>(graph.nodes.size()) + 1;
     std::vector<Span> spans(plan.memories.size());
     const auto touch = [&](Value value, int moment) { spans[plan.layouts[value].memory].include(moment); };
 
+    const auto moment_of = [&](Value value) {
+        for (const BandedNodes& nodes : banded)
+            if (value >= nodes.first && value <= nodes.last) return nodes.last + 1;
+        return value + 1;
+    };
+
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         const graph::Node& node = graph.nodes[value];
         if (!makes_its_value(node.op)) continue;
-        touch(value, is_written_first(node.op) ? 0 : value + 1);
-        for (const Value input : node.inputs) touch(input, value + 1);
+        touch(value, is_written_first(node.op) ? 0 : moment_of(value));
+        for (const Value input : node.inputs) touch(input, moment_of(value));
     }
     touch(graph.output, end);
     for (const auto& [name, value] : graph.views) touch(value, end);
@@ -132,9 +138,9 @@ size_t most_live(const std::vector<Block>& blocks, int moments) {
 
 }  // namespace
 
-MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment) {
+MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vector<BandedNodes>& banded) {
     MemoryPlan result;
-    std::vector<Block> blocks = make_blocks(plan, lifetimes(plan), result.alternates);
+    std::vector<Block> blocks = make_blocks(plan, lifetimes(plan, banded), result.alternates);
     result.live_at_worst = most_live(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
     for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
     result.bytes = place(blocks);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "runtime/bands.h"
 #include "runtime/layout.h"
 
 namespace clarus::runtime {
@@ -22,7 +23,7 @@ struct MemoryPlan {
 };
 
 /// `alignment`: what every offset is a multiple of, in bytes. Inputs are written before the first node runs; the output
-/// and views are read after the last.
-MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment);
+/// and views are read after the last. What nodes that work on bands use is needed while any of them runs.
+MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vector<BandedNodes>& banded = {});
 
 }  // namespace clarus::runtime

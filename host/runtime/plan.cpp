@@ -1,6 +1,9 @@
 #include "runtime/plan.h"
 
+#include <algorithm>
+
 #include "graph/passes.h"
+#include "runtime/bands.h"
 #include "runtime/weights.h"
 
 namespace clarus::runtime {
@@ -14,7 +17,8 @@ Storage storage_for(Precision precision, const DeviceProfile& profile) {
 }
 
 double tensor_bytes(const TensorLayout& layout) {
-    return static_cast<double>(layout.width) * layout.height * layout.channels * bytes_of(layout.storage);
+    return static_cast<double>(layout.width / layout.samples) * (layout.height / layout.samples) * layout.channels *
+           bytes_of(layout.storage);
 }
 
 IngestProblem ingest_problem(const LayoutPlan& plan, const UpscalerOptions& options) {
@@ -51,6 +55,23 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     return stage;
 }
 
+std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const std::vector<BandedNodes>& banded) {
+    std::vector<StageRows> launches;
+    std::map<Value, int> stage_of;
+    for (int stage = 0; stage < static_cast<int>(stages.size()); ++stage) stage_of[stages[stage].value] = stage;
+    for (int stage = 0; stage < static_cast<int>(stages.size()); ++stage) {
+        const Value value = stages[stage].value;
+        const auto nodes = std::find_if(banded.begin(), banded.end(), [&](const BandedNodes& each) {
+            return value >= each.first && value <= each.last;
+        });
+        if (nodes == banded.end())
+            launches.push_back({stage});
+        else if (value == nodes->first)
+            for (const Band& band : nodes->order) launches.push_back({stage_of.at(band.value), band.first, band.end});
+    }
+    return launches;
+}
+
 }  // namespace
 
 std::map<int, Lowered> Plan::convolutions() const {
@@ -66,7 +87,8 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
     auto plan = std::make_unique<Plan>();
     const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    plan->memory = plan_memory(plan->layout, profile.memory_alignment);
+    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows);
+    plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);
     for (Value value = 0; value < static_cast<Value>(plan->layout.graph.nodes.size()); ++value) {
         if (implementations(plan->layout.graph.nodes[value]).empty()) continue;
@@ -75,6 +97,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
         stage.lowered = stage.selection.lower(stage.problem);
         plan->stages.push_back(std::move(stage));
     }
+    plan->launches = order_of(plan->stages, banded);
     plan->weight_bytes = Weights::bytes(plan->layout.graph, plan->convolutions());
     return plan;
 }

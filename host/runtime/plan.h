@@ -26,12 +26,19 @@ struct PlannedStage {
     double bytes = 0;  // its inputs and its result, once each
 };
 
+/// A launch of a stage: for all rows of its result, or for some.
+struct StageRows {
+    int stage;
+    int first = 0, end = 0;  // rows [first, end); all where both are 0
+};
+
 /// All that a frame does, before anything is compiled or allocated. `layout.graph` owns what problems point to.
 struct Plan {
     LayoutPlan layout;
     MemoryPlan memory;
     IngestProblem ingest;
     std::vector<PlannedStage> stages;
+    std::vector<StageRows> launches;  // in this order
     size_t weight_bytes = 0;
 
     std::map<int, Lowered> convolutions() const;  // by index into layout.graph.parameters

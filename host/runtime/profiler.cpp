@@ -1,6 +1,7 @@
 #include "runtime/profiler.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "cl/error.h"
@@ -19,7 +20,7 @@ int Profiler::add_stage(std::string name, std::string kernel, double operations,
 
 cl::Event* Profiler::event(int stage) {
     if (!enabled_) return nullptr;
-    return &stages_[stage].events.emplace_back();
+    return &stages_[stage].events.emplace_back(frame_, cl::Event()).second;
 }
 
 std::vector<StageProfile> Profiler::take() {
@@ -27,21 +28,24 @@ std::vector<StageProfile> Profiler::take() {
     for (Stage& stage : stages_) {
         if (stage.events.empty()) continue;
         StageProfile profile = stage.profile;
-        std::vector<double> seconds;
-        for (const cl::Event& event : stage.events) {
+        std::map<int, double> seconds_of_frames;
+        for (const auto& [frame, event] : stage.events) {
             ocl::checked("read a stage's times", [&] {
                 event.wait();
                 const double start = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
                 const double end = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>());
-                profile.spans.push_back({start, end});
-                seconds.push_back(end - start);
+                profile.spans.push_back({frame, start, end});
+                seconds_of_frames[frame] += end - start;
             });
         }
+        std::vector<double> seconds;
+        for (const auto& [frame, sum] : seconds_of_frames) seconds.push_back(sum);
         std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
         profile.seconds = seconds[seconds.size() / 2];
         profiles.push_back(std::move(profile));
         stage.events.clear();
     }
+    frame_ = -1;
     return profiles;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cl/opencl.h"
@@ -16,7 +17,10 @@ class Profiler {
     /// Declares a stage; the returned number names it.
     int add_stage(std::string name, std::string kernel, double operations, double bytes);
 
-    /// Where the stage's event is to be put, or null where nothing is profiled.
+    /// What is launched from now on belongs to the next frame.
+    void begin_frame() { ++frame_; }
+
+    /// Where the event of a stage's launch is to be put, or null where nothing is profiled.
     cl::Event* event(int stage);
 
     /// Waits for the frames so far and returns their times; starts anew.
@@ -25,10 +29,11 @@ class Profiler {
   private:
     struct Stage {
         StageProfile profile;
-        std::vector<cl::Event> events;
+        std::vector<std::pair<int, cl::Event>> events;  // with their frames
     };
 
     bool enabled_;
+    int frame_ = -1;  // since the last take
     std::vector<Stage> stages_;
 };
 

@@ -103,7 +103,7 @@ int table_sets(const io::Safetensors& model) {
 
 }  // namespace
 
-graph::Graph build_enss(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     const Widths widths = read_widths(model, scale);
     const int sets = table_sets(model);
     Parameters first = conditioned_layer(model, "first", widths.features, widths.inputs, sets);

@@ -16,7 +16,7 @@ using graph::Resource;
 using graph::Shift;
 using graph::Value;
 
-graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
@@ -31,7 +31,8 @@ graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render) {
     const Value warped_color = graph.slice(warped, 0, 3);
 
     // Step 3.
-    const Value upsampled = graph.upsample(color, scale, Shift::jitter, "inpainting: upsampled color");
+    const Value upsampled =
+        graph.upsample(graph.slice(frame, 0, 3), scale, Shift::jitter, "inpainting: upsampled color");
     const Value picked = graph.pick(warped, scale, "inpainting: history at the samples");
     Value x = graph.difference(frame, picked, "inpainting: difference");
     x = graph.convolution(x, read_layer(model, "inpaint", 1, 4), Activation::none, "inpainting: convolution");

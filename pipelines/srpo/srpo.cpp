@@ -41,7 +41,7 @@ Parameters at_render_resolution(const Parameters& layer, int scale) {
 
 }  // namespace
 
-graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     constexpr int kKernel = 5;
     Graph graph;
     const Value color = graph.input(Resource::color, render);

@@ -374,7 +374,7 @@ class Builder {
 
 }  // namespace
 
-graph::Graph build_stack(const io::Safetensors& model, int scale, Size render) {
+graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     return Builder(model, scale, render).build();
 }
 

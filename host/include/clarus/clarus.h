@@ -54,6 +54,7 @@ typedef struct clarus_options {
     int antialias_input, antialias; /* 0: none, 1: morphological, of the model's input and output */
     float sharpen;                  /* of the output, from 0 (off) to 1 */
     float sharpness;                /* negative: the usual one */
+    int previous_frames;            /* negative: as many as the model has */
 } clarus_options;
 
 typedef struct clarus_image {

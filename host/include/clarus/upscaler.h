@@ -52,12 +52,17 @@ struct UpscalerOptions {
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
-    std::optional<float> sharpness;  // fsr1: how much it sharpens, from 0, not at all, to 1; 0.87 unless told
+    /// Where the images between layers would be large, layers take turns on bands of so many rows of the output, so
+    /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: as suits.
+    int band_rows = 0;
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
-    float sharpen = 0;                                  // of the output, last: β of MNSS's step 6, from 0 (off) to 1
-    std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
-    bool profile = false;            // time every stage with device events
+    /// Of the output, last: β of MNSS's step 6, from 0 (off) to 1. What the model keeps stays as it is.
+    float sharpen = 0;
+    std::optional<float> sharpness;      // fsr1: how much it sharpens, from 0, not at all, to 1; 0.87 unless told
+    std::optional<int> previous_frames;  // use fewer than an NSRR model has; the maps of those beyond are zero
+    std::vector<std::string> views;      // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
+    bool profile = false;                // time every stage with device events
 };
 
 /// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
@@ -94,12 +99,16 @@ struct MemoryRequirements {
 
 /// One stage's share of the frames since the last `take_profile`.
 struct StageProfile {
-    std::string name;                          // "convolution 1", "warp", …
-    std::string kernel;                        // the implementation and its parameters
-    double seconds = 0;                        // median over the frames, from device events
-    double operations = 0;                     // floating-point operations a frame, counted as the plain definition's
-    double bytes = 0;                          // bytes a frame that must be read and written, each tensor once
-    std::vector<std::array<double, 2>> spans;  // start and end in seconds on the device's clock, a frame each
+    struct Span {
+        int frame;          // since the last `take_profile`
+        double start, end;  // in seconds on the device's clock
+    };
+    std::string name;         // "convolution 1", "warp", …
+    std::string kernel;       // the implementation and its parameters
+    double seconds = 0;       // median over the frames, from device events
+    double operations = 0;    // floating-point operations a frame, counted as the plain definition's
+    double bytes = 0;         // bytes a frame that must be read and written, each tensor once
+    std::vector<Span> spans;  // one a launch; a stage is launched once a frame, or for each band of rows
 };
 
 /// What a submitted frame leaves behind. A handle; copies mean the same frame.

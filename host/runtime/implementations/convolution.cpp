@@ -133,6 +133,8 @@ Lowered lower_direct(const Problem& problem, const Choices& choices) {
     const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
                                        static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS")))};
     Lowered lowered = lower(problem, choices, "convolution_direct", global);
+    lowered.call.row_axis = 0;
+    lowered.call.rows_an_item = choices.at("ROWS");
     lowered.packing = packing_in_blocks(problem);
     return lowered;
 }
@@ -189,6 +191,8 @@ Lowered lower_winograd(const Problem& problem, const Choices& choices) {
     Lowered lowered =
         lower(problem, choices, "convolution_winograd",
               {static_cast<size_t>(ceil_divide(problem.output.height, kTile)), static_cast<size_t>(strips)});
+    lowered.call.row_axis = 0;
+    lowered.call.rows_an_item = kTile;
     const int biases = kBlock * blocks_of(problem);
     lowered.packing = packing(problem, biases, WinogradChannels(*problem.parameters).packed_floats(biases));
     return lowered;

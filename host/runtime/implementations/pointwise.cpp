@@ -12,12 +12,12 @@ using graph::Step;
 
 // 1 / (1 + e^-a) with an error below 1e-6. Never NaN: a NaN counts as -∞. tanh(a) = 2 sigmoid(2a) - 1.
 constexpr std::string_view kSigmoid = R"(
-#define DEFINE_SIGMOID(real)                                      \
-    inline real sigmoid_##real(real a) {                          \
-        a = (-87.0f < a) ? a : (real)(-87.0f);                    \
-        a = (a < 87.0f) ? a : (real)(87.0f);                      \
-        return 1.0f / (1.0f + exp2_##real(a * -1.44269504f));     \
-    }                                                             \
+#define DEFINE_SIGMOID(real)                                                          \
+    inline real sigmoid_##real(real a) {                                              \
+        a = (-87.0f < a) ? a : (real)(-87.0f);                                        \
+        a = (a < 87.0f) ? a : (real)(87.0f);                                          \
+        return 1.0f / (1.0f + exp2_##real(a * -1.44269504f));                         \
+    }                                                                                 \
     inline real tanh_##real(real a) { return 2.0f * sigmoid_##real(2.0f * a) - 1.0f; }
 )";
 
@@ -54,17 +54,27 @@ class Access {
         return fmt::format("global {}{}* {}", qualifier, half() ? "half" : "float", pointer_);
     }
 
-    /// Moves the pointer to the work-item's cell.
-    std::string move() const {
+    /// Moves the pointer to the work-item's cell, or to the nearest pixel that a smaller image has.
+    std::string move(const TensorLayout& whole) const {
+        const std::string x = layout_.width < whole.width ? fmt::format("min(x, {})", layout_.width - 1) : "x";
+        const std::string y = layout_.height < whole.height ? fmt::format("min(y, {})", layout_.height - 1) : "y";
         const std::string place =
-            layout_.block == cell_ ? fmt::format("y * {} + x * {} + {}", layout_.row(), layout_.stride, layout_.offset)
-                                   : fmt::format("AT_(x * {0}, y * {0}, 0, {1}, {2}, {3}, {4})", cell_, layout_.block,
-                                                 layout_.stride, layout_.row(), layout_.offset);
-        return fmt::format("    {} += {};\n", pointer_, place);
+            layout_.block == cell_
+                ? fmt::format("KEPT_ROW({} / {}, {}) * {} + {} / {} * {} + {}", y, layout_.samples, layout_.ring,
+                              layout_.row(), x, layout_.samples, layout_.stride, layout_.offset)
+                : fmt::format("AT_({0} * {2}, {1} * {2}, 0, {3}, {4}, {5}, {6}, {7})", x, y, cell_, layout_.block,
+                              layout_.stride, layout_.row(), layout_.offset, layout_.ring);
+        std::string code = fmt::format("    {} += {};\n", pointer_, place);
+        if (layout_.samples == 1) return code;
+        return code +
+               fmt::format("    const int {0}_is_sample = {1} % {3} == frame.{4}_x && {2} % {3} == frame.{4}_y;\n",
+                           pointer_, x, y, layout_.samples, layout_.previous_samples ? "previous_sample" : "sample");
     }
 
     /// Channel c of some of the cell's pixels, which are counted along its rows.
     std::string load(int c, Run pixels) const {
+        if (layout_.samples > 1)
+            return fmt::format("{}_is_sample ? {} : 0.0f", pointer_, load_elements(element(0, c), 1));
         if (contiguous_pixels()) return load_elements(element(pixels.first, c), pixels.width);
         std::string elements;
         for (int i = 0; i < pixels.width; ++i)
@@ -262,20 +272,21 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
         const int index = static_cast<int>(inputs.size());
         inputs.emplace_back(layout, fmt::format("in{}", index), cell);
         parameters += inputs.back().parameter("const ") + ", ";
-        moves += inputs.back().move();
+        moves += inputs.back().move(problem.output);
         call.arguments.push_back({ArgumentKind::input, index});
     }
     const Access output(problem.output, "out", cell);
     call.arguments.push_back({ArgumentKind::output});
+    call.arguments.push_back({ArgumentKind::frame});
 
     call.source = kSigmoid;
     for (const int width : {1, 2, 4, 8, 16})
         call.source += fmt::format("DEFINE_SIGMOID({})\n", vector_type("float", width));
     call.source += fmt::format(
-        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}) {{\n"
+        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}, Frame frame) {{\n"
         "    const int x = get_global_id(0), y = get_global_id(1);\n"
         "    if (x >= {} || y >= {}) return;\n{}{}",
-        parameters, output.parameter(""), call.global[0], call.global[1], moves, output.move());
+        parameters, output.parameter(""), call.global[0], call.global[1], moves, output.move(problem.output));
     for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
     call.source += "}\n";
     return {std::move(call), std::nullopt};
@@ -286,7 +297,8 @@ int common_block(const Problem& problem) {
     int block = problem.output.block;
     bool agree = true;
     for (const TensorLayout& input : problem.inputs) {
-        agree = agree && (block == 1 || input.block == 1 || input.block == block);
+        agree = agree && (block == 1 || input.block == 1 || input.block == block) && input.samples == 1 &&
+                input.width == problem.output.width && input.height == problem.output.height;
         block = std::max(block, input.block);
     }
     const bool whole = problem.output.width % block == 0 && problem.output.height % block == 0;

@@ -29,12 +29,14 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::OffsetMask&) const { return offset_mask_implementations(); }
     std::span<const Implementation> operator()(const graph::Project&) const { return project_implementations(); }
     std::span<const Implementation> operator()(const graph::Mlaa&) const { return mlaa_implementations(); }
+    std::span<const Implementation> operator()(const graph::MaxPool&) const { return max_pool_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 
     // Written by ingest, carried over from the frame before, or views of another value's memory.
     std::span<const Implementation> operator()(const graph::Input&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Plane&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Previous&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::ZeroUpsample&) const { return {}; }
     std::span<const Implementation> operator()(const graph::SpaceToDepth&) const { return {}; }
     std::span<const Implementation> operator()(const graph::DepthToSpace&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Concat&) const { return {}; }

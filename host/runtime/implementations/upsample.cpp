@@ -29,15 +29,46 @@ Lowered lower_motion(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+// --- rows: four pixels as one vector
+
+constexpr int kRowPixels = 64;
+
+int prefer_rows(const Problem& problem, const DeviceProfile& profile) {
+    const TensorLayout& in = problem.inputs[0];
+    const bool fits = in.channels <= 4 && in.block == 1 && in.stride == 4 && problem.output.block == 1;
+    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+std::vector<Choices> row_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
+
+Lowered in_rows(Lowered lowered, const Problem& problem) {
+    KernelCall& call = lowered.call;
+    call.file = call.entry = "upsample_rows";
+    call.options += fmt::format(" -DPIXELS={}", kRowPixels);
+    call.global = {static_cast<size_t>((problem.inputs[0].width + kRowPixels - 1) / kRowPixels),
+                   static_cast<size_t>(problem.output.height)};
+    return lowered;
+}
+
+Lowered lower_rows(const Problem& problem, const Choices& choices) { return in_rows(lower(problem, choices), problem); }
+
+Lowered lower_motion_rows(const Problem& problem, const Choices& choices) {
+    Lowered lowered = in_rows(lower_motion(problem, choices), problem);
+    lowered.call.options += " -DMOTION " + shift_options(graph::Shift::motion_jitter);
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> upsample_implementations() {
-    static const Implementation implementations[] = {{"upsample", obvious, group_choices, lower}};
+    static const Implementation implementations[] = {{"upsample rows", prefer_rows, row_choices, lower_rows},
+                                                     {"upsample", obvious, group_choices, lower}};
     return implementations;
 }
 
 std::span<const Implementation> upsample_motion_implementations() {
-    static const Implementation implementations[] = {{"upsample motion", obvious, group_choices, lower_motion}};
+    static const Implementation implementations[] = {{"motion rows", prefer_rows, row_choices, lower_motion_rows},
+                                                     {"upsample motion", obvious, group_choices, lower_motion}};
     return implementations;
 }
 

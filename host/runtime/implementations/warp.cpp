@@ -7,19 +7,23 @@ namespace {
 
 Lowered lower(const Problem& problem, const Choices& choices, std::string entry, std::array<size_t, 2> global) {
     const auto& warp = std::get<graph::Warp>(problem.node.op);
+    const TensorLayout& image = problem.inputs[0];
     KernelCall call;
     call.file = "warp";
     call.entry = std::move(entry);
-    call.options = fmt::format(
-        "{} {} -DPIXELS_A_VECTOR={} -DFALLBACK_SCALE={}{}",
-        image_options({{"OUT", problem.output}, {"IMAGE", problem.inputs[0]}, {"FALLBACK", problem.inputs[2]}}),
-        layout_options("MOTION", problem.inputs[1]), warp.motion_block, warp.fallback_scale,
-        warp.border == graph::Border::zero ? " -DBORDER_ZERO" : "");
-    call.arguments = {{ArgumentKind::input, 0},
-                      {ArgumentKind::input, 1},
-                      {ArgumentKind::input, 2},
-                      {ArgumentKind::output},
-                      {ArgumentKind::frame}};
+    call.options = fmt::format("{} {} -DPIXELS_A_VECTOR={}", image_options({{"OUT", problem.output}, {"IMAGE", image}}),
+                               layout_options("MOTION", problem.inputs[1]), warp.motion_block);
+    if (warp.border == graph::Border::zero) call.options += " -DBORDER_ZERO";
+    if (image.samples > 1)
+        call.options += fmt::format(" -DSAMPLES={} -DSAMPLE={}", image.samples,
+                                    image.previous_samples ? "previous_sample" : "sample");
+    call.arguments = {
+        {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
+    if (problem.inputs.size() > 2) {
+        call.options += fmt::format(" {} -DFALLBACK_SCALE={}", image_options({{"FALLBACK", problem.inputs[2]}}),
+                                    warp.fallback_scale);
+        call.arguments.push_back({ArgumentKind::input, 2});
+    }
     call.global = global;
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
@@ -33,7 +37,7 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 int prefer_blocks(const Problem& problem, const DeviceProfile& profile) {
     const TensorLayout& image = problem.inputs[0];
     const bool fits = std::get<graph::Warp>(problem.node.op).motion_block == 8 && image.channels == 4 &&
-                      image.block == 1 && image.stride == 4;
+                      image.block == 1 && image.stride == 4 && image.samples == 1;
     return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
@@ -43,10 +47,26 @@ Lowered lower_blocks(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, "warp_block", pixels(problem.inputs[1]));
 }
 
+int prefer_rows(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = problem.inputs[0].block == 1 && problem.output.block == 1;
+    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+std::vector<Choices> row_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
+
+Lowered lower_rows(const Problem& problem, const Choices& choices) {
+    constexpr size_t kPixels = 64;
+    const auto [width, height] = pixels(problem.output);
+    Lowered lowered = lower(problem, choices, "warp_row", {(width + kPixels - 1) / kPixels, height});
+    lowered.call.options += fmt::format(" -DROW_PIXELS={}", kPixels);
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> warp_implementations() {
     static const Implementation implementations[] = {{"warp blocks", prefer_blocks, block_choices, lower_blocks},
+                                                     {"warp rows", prefer_rows, row_choices, lower_rows},
                                                      {"warp", obvious, group_choices, lower_plain}};
     return implementations;
 }

@@ -44,7 +44,7 @@ EVERY_LAYER = (
 )
 
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
-# motion was sampled where colour was.
+# motion was sampled where colour was. `use`: only so many of the previous frames, whose number the golden file says.
 CASES = {
     "enss": {
         "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
@@ -55,8 +55,10 @@ CASES = {
     },
     "nsrr": {
         "nsrr_x4": dict(scale=4, width=8, size=(9, 7)),
-        "nsrr_x2_rgb": dict(scale=2, width=4, size=(11, 9), previous_frames=2, network_color="rgb", jittered=True),
+        "nsrr_x2_rgb": dict(scale=2, width=4, size=(5, 53), previous_frames=2, network_color="rgb", jittered=True),
         "nsrr_x3_alone": dict(scale=3, width=4, size=(7, 6), previous_frames=0),
+        "nsrr_x3_used": dict(scale=3, width=4, size=(7, 5), previous_frames=3, use=1),
+        "nsrr_x6_1x1": dict(scale=6, width=4, size=(1, 1), previous_frames=1, jittered=True),
     },
     "mnss": {
         "mnss_x2": dict(scale=2, size=(13, 9)),
@@ -91,8 +93,9 @@ def random_weights(generator, network, gain):
     return network
 
 
-def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", **_):
+def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", use=None, **_):
     network = random_weights(generator, nsrr.Nsrr(scale, previous_frames, width, network_color), 0.9)
+    network.used = use
     with torch.no_grad():
         network.unet.dec1[1].weight.copy_((network.unet.dec1[1].weight * 0.3).half())
         network.unet.dec1[1].bias.copy_((network.unet.dec1[1].bias + 0.5).half())
@@ -229,6 +232,8 @@ def main():
         golden = {key: value.numpy() for key, value in inputs.items()}
         golden.update({key: value.numpy().astype(np.float32) for key, value in results.items()})
         facts = {"pipeline": pipeline, "scale": str(case["scale"])}
+        if "use" in case:
+            facts["use"] = str(case["use"])
         safetensors.save(os.path.join(directory, f"{name}.golden.safetensors"), golden, facts)
         ranges = ", ".join(f"{key} {value.min():.3f} … {value.max():.3f}" for key, value in results.items())
         print(f"{name}: {tuple(results['output'].shape)}, {ranges}")

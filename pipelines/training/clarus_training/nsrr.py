@@ -47,6 +47,7 @@ class Nsrr(nn.Module):
     """The network. Its state is the list of the previous frames' maps B_1 … B_n, [N, 12, H, W] each."""
 
     pipeline = "nsrr"
+    used = None
 
     def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr"):
         super().__init__()
@@ -66,10 +67,16 @@ class Nsrr(nn.Module):
         maps = [torch.cat((z, through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
         return list(zip(*maps))
 
-    def network_output(self, frame, state=None, ahead=None):
-        """The U-Net's output, in the network's colours, and the new state."""
+    def network_output(self, frame, state=None, ahead=None, inside=None):
+        """The U-Net's output, in the network's colours, and the new state.
+
+        `used` previous frames, where that is set, instead of all: the maps of the others stay zero.
+        """
         s, n = self.scale, self.previous_frames
+        used = n if self.used is None else self.used
         current, *previous = ahead or self.ahead([frame])[0]
+        if inside is not None:
+            inside["features"] = current[:, 4:]
         current = operators.zero_upsample(current, s, frame.jitter)
         history = []
         if n and state is None:
@@ -78,17 +85,20 @@ class Nsrr(nn.Module):
             motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)
             maps = operators.warp(torch.cat(state, dim=1), motion, "zero", 0)
             history = list(maps.chunk(n, dim=1))
+        history[used:] = [torch.zeros_like(image) for image in history[used:]]
         weighted = []
         if n:
             first, second, last = self.reweight
             r = torch.cat([image[:, :4] for image in (current, *history)], dim=1)
             weights = 5 * (torch.tanh(last(F.relu(second(F.relu(first(r)))))) + 1)
             weighted = [weights[:, i : i + 1] * image for i, image in enumerate(history)]
+            if inside is not None and used:
+                inside["weights"], inside["warped"] = weights[:, :used], torch.cat(history[:used], dim=1)
             history = [operators.zero_upsample(previous[0], s, frame.jitter), *history[:-1]]
         return self.unet(torch.cat((current, *weighted), dim=1)).to(frame.color.dtype), history
 
     def step(self, frame, state=None, ahead=None, inside=None):
-        output, state = self.network_output(frame, state, ahead)
+        output, state = self.network_output(frame, state, ahead, inside)
         if inside is not None:
             inside["network_output"] = output
         return (operators.rgb(output) if self.network_color == "ycbcr" else output).clamp(0, 1), state

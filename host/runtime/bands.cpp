@@ -1,0 +1,201 @@
+#include "runtime/bands.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "runtime/implementation.h"
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Graph;
+using graph::Node;
+using graph::Value;
+
+// Below this, images stay whole: bands cost launches.
+constexpr size_t kLarge = size_t(384) << 20;
+constexpr int kRows = 32;
+
+struct Rows {
+    int first, end;
+};
+
+int round_up(int rows, int to) { return (rows + to - 1) / to * to; }
+
+/// What a node reads of an input of `height` rows for these rows of its result.
+Rows read_rows(const Graph& graph, const Node& node, Rows rows, int height) {
+    if (const auto* convolution = std::get_if<graph::Convolution>(&node.op)) {
+        const int reach = graph.parameters[convolution->parameters].kernel / 2;
+        rows = {rows.first - reach, rows.end + reach};
+    } else if (std::holds_alternative<graph::MaxPool>(node.op)) {
+        rows = {2 * rows.first, 2 * rows.end};
+    } else if (const auto* upsample = std::get_if<graph::Upsample>(&node.op)) {
+        const int jitter = upsample->shift == graph::Shift::none ? 0 : 1;
+        rows = {rows.first / upsample->scale - 1 - jitter, (rows.end - 1) / upsample->scale + 2 + jitter};
+    }
+    // Of an image that a pointwise program makes larger, the last row.
+    return {std::clamp(rows.first, 0, height - 1), std::clamp(rows.end, 1, height)};
+}
+
+bool launches(const Node& node) { return !implementations(node).empty(); }
+
+bool works_in_bands(const LayoutPlan& plan, Value value) {
+    const Node& node = plan.graph.nodes[value];
+    const bool by_rows =
+        std::holds_alternative<graph::Convolution>(node.op) || std::holds_alternative<graph::Pointwise>(node.op) ||
+        std::holds_alternative<graph::MaxPool>(node.op) || std::holds_alternative<graph::Upsample>(node.op);
+    const auto plain = [&](Value each) { return plan.layouts[each].block == 1; };
+    return by_rows && plain(value) && std::all_of(node.inputs.begin(), node.inputs.end(), plain);
+}
+
+class Planner {
+  public:
+    Planner(LayoutPlan& plan, Value first, Value last)
+        : plan_(plan), graph_(plan.graph), first_(first), last_(last), done_(graph_.nodes.size()) {
+        find_inner_memories();
+    }
+
+    /// Bytes of images that nobody else uses.
+    size_t inner_bytes() const {
+        size_t bytes = 0;
+        for (const int memory : inner_) bytes += plan_.memories[memory].bytes;
+        return bytes;
+    }
+
+    BandedNodes run(int rows) {
+        BandedNodes result{first_, last_, {}};
+        int tallest = 0;
+        for (Value value = first_; value <= last_; ++value)
+            if (is_stage(value)) tallest = std::max(tallest, graph_.shape(value).height);
+        std::vector<int> rings(plan_.memories.size());
+        for (int end = rows; end - rows < tallest; end += rows) {
+            const std::vector<int> wanted = wanted_rows(static_cast<double>(end) / tallest);
+            keep_what_is_read(wanted, rings);
+            for (Value value = first_; value <= last_; ++value) {
+                if (!is_stage(value) || wanted[value] <= done_[value]) continue;
+                result.order.push_back({value, done_[value], wanted[value]});
+                done_[value] = wanted[value];
+            }
+        }
+        lay_out_rings(rings);
+        return result;
+    }
+
+  private:
+    bool is_stage(Value value) const { return value >= first_ && value <= last_ && launches(graph_.nodes[value]); }
+
+    void find_inner_memories() {
+        std::set<int> outside;
+        const auto use = [&](Value value, bool inside) {
+            (inside ? inner_ : outside).insert(plan_.layouts[value].memory);
+        };
+        for (Value value = 0; value < static_cast<Value>(graph_.nodes.size()); ++value) {
+            const Node& node = graph_.nodes[value];
+            const bool shows = !launches(node) && !std::holds_alternative<graph::Input>(node.op) &&
+                               !std::holds_alternative<graph::Plane>(node.op);
+            if (shows) continue;
+            use(value, is_stage(value));
+            for (const Value input : node.inputs) use(input, is_stage(value));
+        }
+        use(graph_.output, false);
+        for (const graph::State& state : graph_.states) use(state.next, false), use(state.previous, false);
+        for (const auto& [name, value] : graph_.views) use(value, false);
+        for (const int memory : outside) inner_.erase(memory);
+    }
+
+    /// Calls visit(stage, rows) for every one of these nodes that makes some of a value's rows.
+    template <typename Visit>
+    void visit_makers(Value value, Rows rows, Visit&& visit) const {
+        const Node& node = graph_.nodes[value];
+        if (is_stage(value)) {
+            visit(value, rows);
+        } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
+            const int scale = zero_upsample->scale;
+            visit_makers(node.inputs[0], {rows.first / scale, (rows.end + scale - 1) / scale}, visit);
+        } else if (std::holds_alternative<graph::Slice>(node.op) || std::holds_alternative<graph::Concat>(node.op)) {
+            for (const Value input : node.inputs) visit_makers(input, rows, visit);
+        }
+    }
+
+    template <typename Visit>
+    void visit_inputs(Value stage, Rows rows, Visit&& visit) const {
+        const Node& node = graph_.nodes[stage];
+        for (const Value input : node.inputs)
+            visit_makers(input, read_rows(graph_, node, rows, graph_.shape(input).height), visit);
+    }
+
+    /// How many rows of each node there must be when so much of the last results is there.
+    std::vector<int> wanted_rows(double share) const {
+        std::vector<int> wanted = done_;
+        const auto want = [&](Value value, int rows) {
+            wanted[value] = std::max(wanted[value], std::min(round_up(rows, kBandGranule), graph_.shape(value).height));
+        };
+        for (Value value = last_; value >= first_; --value) {
+            if (!is_stage(value)) continue;
+            // What is used elsewhere, or not at all, is wanted for itself.
+            if (!inner_.contains(plan_.layouts[value].memory))
+                want(value, static_cast<int>(share * graph_.shape(value).height));
+            if (wanted[value] > done_[value])
+                visit_inputs(value, {done_[value], wanted[value]},
+                             [&](Value maker, Rows rows) { want(maker, rows.end); });
+        }
+        return wanted;
+    }
+
+    /// A ring holds all from the oldest row that somebody is going to read to the newest that is made before.
+    void keep_what_is_read(const std::vector<int>& wanted, std::vector<int>& rings) const {
+        std::vector<int> oldest(plan_.memories.size(), std::numeric_limits<int>::max());
+        for (Value value = first_; value <= last_; ++value) {
+            if (!is_stage(value) || done_[value] == graph_.shape(value).height) continue;
+            visit_inputs(value, {done_[value], graph_.shape(value).height}, [&](Value maker, Rows rows) {
+                int& row = oldest[plan_.layouts[maker].memory];
+                row = std::min(row, rows.first);
+            });
+        }
+        for (Value value = first_; value <= last_; ++value) {
+            if (!is_stage(value)) continue;
+            const int memory = plan_.layouts[value].memory;
+            rings[memory] = std::max(rings[memory], wanted[value] - std::min(oldest[memory], done_[value]));
+        }
+    }
+
+    void lay_out_rings(const std::vector<int>& rings) {
+        for (TensorLayout& layout : plan_.layouts)
+            if (inner_.contains(layout.memory) && rings[layout.memory] < layout.rows())
+                layout.ring = rings[layout.memory];
+        for (const TensorLayout& layout : plan_.layouts) {
+            if (layout.ring == 0) continue;
+            Memory& memory = plan_.memories[layout.memory];
+            memory.bytes = memory_bytes(layout);
+            memory.values = memory.bytes;
+        }
+    }
+
+    LayoutPlan& plan_;
+    const Graph& graph_;
+    Value first_, last_;
+    std::set<int> inner_;  // memories
+    std::vector<int> done_;
+};
+
+}  // namespace
+
+std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows) {
+    std::vector<BandedNodes> result;
+    const Value end = static_cast<Value>(plan.graph.nodes.size());
+    const auto is_part = [&](Value value) { return !launches(plan.graph.nodes[value]) || works_in_bands(plan, value); };
+    for (Value first = 0; first < end; ++first) {
+        if (!launches(plan.graph.nodes[first]) || !works_in_bands(plan, first)) continue;
+        Value last = first;
+        while (last + 1 < end && is_part(last + 1)) ++last;
+        Planner planner(plan, first, last);
+        if (rows > 0 || planner.inner_bytes() > kLarge)
+            result.push_back(planner.run(round_up(rows > 0 ? rows : kRows, kBandGranule)));
+        first = last;
+    }
+    return result;
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,96 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "clarus/error.h"
+#include "golden.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::test;
+
+namespace {
+
+/// Frames of a golden file's inputs by its model.
+std::vector<std::vector<float>> outputs(const Golden& golden, const UpscalerOptions& options, int frames) {
+    std::vector<float> color = golden.tensor("color"), depth = golden.tensor("depth"), motion = golden.tensor("motion");
+    const std::vector<float> jitter = golden.tensor("jitter");
+    Upscaler upscaler(test_device(), golden.model, golden.render, options);
+    const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
+    const Size size = upscaler.output_size();
+    std::vector<std::vector<float>> result;
+    for (int t = 0; t < frames; ++t) {
+        result.emplace_back(static_cast<size_t>(size.width) * size.height * 3);
+        FrameDescription frame;
+        frame.color = {.host = color.data() + t * pixels * 3, .size = golden.render};
+        frame.depth = {.host = depth.data() + t * pixels, .size = golden.render};
+        frame.motion = {.host = motion.data() + t * pixels * 2, .size = golden.render};
+        frame.jitter = {jitter[2 * t], jitter[2 * t + 1]};
+        frame.output = {.host = result.back().data(), .size = size};
+        upscaler.submit(frame).wait();
+    }
+    return result;
+}
+
+std::vector<float> filtered(std::vector<float> color, Size size, const UpscalerOptions& options) {
+    Upscaler upscaler(test_device(), Model::filter("nearest", 1), size, options);
+    std::vector<float> output(color.size());
+    FrameDescription frame;
+    frame.color = {.host = color.data(), .size = size};
+    frame.output = {.host = output.data(), .size = size};
+    upscaler.submit(frame).wait();
+    return output;
+}
+
+}  // namespace
+
+TEST_CASE("sharpening changes what is shown and not the history" * doctest::test_suite("golden")) {
+    constexpr float kAmount = 0.15f;
+    const Golden golden("mnss_x2");
+    UpscalerOptions options;
+    const std::vector<std::vector<float>> plain = outputs(golden, options, 3);
+    options.sharpen = kAmount;
+    const std::vector<std::vector<float>> sharpened = outputs(golden, options, 3);
+    const int width = golden.render.width * 2, height = golden.render.height * 2;
+    for (int t = 0; t < 3; ++t) {
+        float largest = 0;
+        const auto at = [&](int c, int x, int y) {
+            return plain[t][(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1)) * 3 + c];
+        };
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                for (int c = 0; c < 3; ++c) {
+                    const float corners =
+                        at(c, x - 1, y - 1) + at(c, x + 1, y - 1) + at(c, x - 1, y + 1) + at(c, x + 1, y + 1);
+                    const float expected = std::clamp((1 + 4 * kAmount) * at(c, x, y) - kAmount * corners, 0.0f, 1.0f);
+                    largest = std::max(largest, std::abs(expected - sharpened[t][(y * width + x) * 3 + c]));
+                }
+            }
+        }
+        CHECK(largest < 1e-5f);
+    }
+}
+
+TEST_CASE("antialiasing comes before or after a model" * doctest::test_suite("small")) {
+    const Size size{12, 7};
+    std::vector<float> stair;
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) stair.insert(stair.end(), 3, y <= x / 3 ? 1.0f : 0.0f);
+    UpscalerOptions before, after;
+    before.antialias_input = Antialiasing::mlaa;
+    after.antialias = Antialiasing::mlaa;
+    CHECK(filtered(stair, size, {}) == stair);
+    CHECK(filtered(stair, size, before) != stair);
+    CHECK(filtered(stair, size, before) == filtered(stair, size, after));
+}
+
+TEST_CASE("a sharpening beyond its range is refused" * doctest::test_suite("small")) {
+    for (const float amount : {-0.1f, 1.5f}) {
+        UpscalerOptions options;
+        options.sharpen = amount;
+        CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("bicubic", 2), {4, 4}, options),
+                             doctest::Contains("options.sharpen"), Error);
+    }
+}

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "clarus/upscaler.h"
+#include "io/safetensors.h"
+
+namespace clarus::test {
+
+/// A model, inputs, and what the PyTorch network makes of them (pipelines/training/clarus_training/golden.py).
+struct Golden {
+    explicit Golden(const std::string& name);
+
+    std::vector<float> tensor(const std::string& name) const { return file.tensors().at(name).floats(); }
+    std::vector<int32_t> resets() const;
+
+    Model model;
+    io::Safetensors file;
+    int frames;
+    Size render;
+};
+
+struct Run {
+    std::vector<double> differences;  // the largest of each frame
+    Upscaler upscaler;
+};
+
+/// All frames of a golden file through the upscaler, or the first so many. Motion is sampled where the file says.
+Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1);
+
+/// The frame whose intermediates golden files hold.
+constexpr int kViewedFrame = 3;
+
+/// The largest difference between a view of the last frame and the golden file's tensor of that name.
+double view_difference(const Upscaler& upscaler, const Golden& golden, const std::string& name);
+
+}  // namespace clarus::test

@@ -1,0 +1,111 @@
+#include <doctest/doctest.h>
+
+#include <array>
+#include <string>
+
+#include "clarus/error.h"
+#include "clarus/upscaler.h"
+#include "golden.h"
+#include "model_file.h"
+#include "temporary_folder.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::test;
+
+namespace {
+
+constexpr double kTolerance = 2e-5;  // eight recurrent frames in float against double
+
+void check_golden(const std::string& name, UpscalerOptions options = {}, double tolerance = kTolerance) {
+    CAPTURE(name);
+    for (const double difference : run(Golden(name), std::move(options)).differences) CHECK(difference < tolerance);
+}
+
+}  // namespace
+
+TEST_CASE("NSRR agrees with the PyTorch network over eight frames and a reset" * doctest::test_suite("golden")) {
+    for (const char* name : {"nsrr_x4", "nsrr_x2_rgb", "nsrr_x3_alone"}) check_golden(name);
+}
+
+TEST_CASE("NSRR on the smallest image agrees with the PyTorch network" * doctest::test_suite("small")) {
+    check_golden("nsrr_x6_1x1");
+}
+
+TEST_CASE("NSRR with fewer previous frames than it has: the others' maps are zero" * doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.previous_frames = 1;
+    check_golden("nsrr_x3_used", options);
+}
+
+TEST_CASE("NSRR in bands of rows agrees with the PyTorch network" * doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.band_rows = 8;
+    check_golden("nsrr_x2_rgb", options);
+}
+
+TEST_CASE("NSRR in half storage stays near" * doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.precision = Precision::fp16;
+    check_golden("nsrr_x4", options, 0.02);
+}
+
+TEST_CASE("NSRR shows what it saw inside" * doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.views = {"features", "warped", "weights"};
+    const Golden golden("nsrr_x4");
+    const Run result = run(golden, options, kViewedFrame + 1);
+    for (const double difference : result.differences) CHECK(difference < kTolerance);
+    for (const std::string& name : options.views) {
+        CAPTURE(name);
+        CHECK(view_difference(result.upscaler, golden, name) < 5 * kTolerance);  // weights go up to 10
+    }
+}
+
+TEST_CASE("an upscaler that shows nothing inside has no views of maps that there are not") {
+    UpscalerOptions options;
+    options.previous_frames = 0;
+    const Golden golden("nsrr_x4");
+    const Upscaler upscaler(test_device(), golden.model, golden.render, options);
+    for (const std::string& name : upscaler.view_names()) CHECK((name != "weights" && name != "warped"));
+}
+
+TEST_CASE("more previous frames than there are, and those of other pipelines, are refused") {
+    UpscalerOptions options;
+    options.previous_frames = 3;
+    const Golden nsrr("nsrr_x2_rgb"), enss("enss_x2_1x1");
+    const auto create = [&](const Model& model) { Upscaler(test_device(), model, {8, 8}, options); };
+    CHECK_THROWS_WITH_AS(create(nsrr.model), doctest::Contains("3 where"), Error);
+    CHECK_THROWS_WITH_AS(create(enss.model), doctest::Contains("previous_frames"), Error);
+    CHECK_THROWS_WITH_AS(create(Model::filter("bicubic", 2)), doctest::Contains("previous_frames"), Error);
+}
+
+TEST_CASE("an NSRR model that does not fit together is refused with the name of what is wrong" *
+          doctest::test_suite("small")) {
+    const TemporaryFolder folder;
+    const ModelFile whole = ModelFile::read(std::string(CLARUS_GOLDEN_DIR) + "/nsrr_x2_rgb.model.safetensors");
+    const auto load = [&](const ModelFile& file) {
+        file.write(folder / "model.safetensors");
+        Model::load((folder / "model.safetensors").string());
+    };
+    for (const char* name : {"features_current.0.weight", "features_previous.2.bias", "reweight.1.weight",
+                             "reweight.2.bias", "unet.enc1.0.weight", "unet.bottleneck.1.bias", "unet.dec1.1.weight"}) {
+        CAPTURE(name);
+        ModelFile file = whole;
+        file.header[std::string(name) + "_"] = file.header[name];
+        file.header.erase(name);
+        CHECK_THROWS_WITH_AS(load(file), doctest::Contains(name), Error);
+        file = whole;
+        file.header[name]["shape"].push_back(1);
+        CHECK_THROWS_WITH_AS(load(file), doctest::Contains(name), Error);
+    }
+    for (const auto& [key, value] : {std::array{"network_color", "hsv"}, std::array{"previous_frames", "5"},
+                                     std::array{"previous_frames", "four"}}) {
+        CAPTURE(key);
+        ModelFile file = whole;
+        file.header["__metadata__"][key] = value;
+        CHECK_THROWS_WITH_AS(load(file), doctest::Contains(key), Error);
+        file.header["__metadata__"].erase(key);
+        CHECK_THROWS_WITH_AS(load(file), doctest::Contains(key), Error);
+    }
+}
