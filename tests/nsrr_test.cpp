@@ -2,6 +2,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "clarus/error.h"
 #include "clarus/upscaler.h"
@@ -60,6 +61,37 @@ TEST_CASE("NSRR shows what it saw inside" * doctest::test_suite("golden")) {
         CAPTURE(name);
         CHECK(view_difference(result.upscaler, golden, name) < 5 * kTolerance);  // weights go up to 10
     }
+}
+
+TEST_CASE("NSRR's memory is bounded") {
+    const TemporaryFolder folder;
+    ModelFile file;
+    file.header["__metadata__"] = {
+        {"pipeline", "nsrr"}, {"scale", "4"}, {"previous_frames", "4"}, {"network_color", "ycbcr"}};
+    const auto add_layers = [&](const std::string& name, int64_t in, const std::vector<int64_t>& outputs) {
+        for (size_t layer = 0; layer < outputs.size(); in = outputs[layer++]) {
+            const std::string full_name = name + "." + std::to_string(layer);
+            const int64_t out = outputs[layer];
+            file.add(full_name + ".weight", {out, in, 3, 3}, std::vector<float>(out * in * 9));
+            file.add(full_name + ".bias", {out}, std::vector<float>(out));
+        }
+    };
+    add_layers("features_current", 4, {32, 32, 8});
+    add_layers("features_previous", 4, {32, 32, 8});
+    add_layers("reweight", 20, {32, 32, 4});
+    add_layers("unet.enc1", 60, {64, 32});
+    add_layers("unet.enc2", 32, {64, 64});
+    add_layers("unet.bottleneck", 64, {128, 128});
+    add_layers("unet.dec2", 192, {64, 64});
+    add_layers("unet.dec1", 96, {32, 3});
+    file.write(folder / "model.safetensors");
+    const Model model = Model::load((folder / "model.safetensors").string());
+    const auto gibibytes = [&](Size render) {
+        return static_cast<double>(Upscaler(test_device(), model, render).memory_requirements().total()) / (1 << 30);
+    };
+    CHECK(gibibytes({480, 270}) < 1.2);
+    CHECK(gibibytes({960, 540}) < 3);
+    MESSAGE(gibibytes({480, 270}) << " GiB at 1080p, " << gibibytes({960, 540}) << " GiB at 4K");
 }
 
 TEST_CASE("an upscaler that shows nothing inside has no views of maps that there are not") {

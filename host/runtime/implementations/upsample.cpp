@@ -24,10 +24,11 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "upsample";
     call.entry = "upsample_image";  // OpenCL has a function upsample
-    call.options = fmt::format("{} -DSCALE={} {}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               upsample.scale, shift_options(upsample.shift));
+    call.options =
+        fmt::format("{} -DSCALE={} -DSTRIP={} {}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                    upsample.scale, choices.at("STRIP"), shift_options(upsample.shift));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
-    call.global = pixels(problem.output);
+    call.global = strips(problem.output, choices);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
@@ -35,10 +36,11 @@ Lowered lower(const Problem& problem, const Choices& choices) {
 Lowered lower_motion(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "upsample_motion";
-    call.options = fmt::format("{} -DSCALE={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               std::get<graph::UpsampleMotion>(problem.node.op).scale);
+    call.options =
+        fmt::format("{} -DSCALE={} -DSTRIP={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                    std::get<graph::UpsampleMotion>(problem.node.op).scale, choices.at("STRIP"));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
-    call.global = pixels(problem.output);
+    call.global = strips(problem.output, choices);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
@@ -46,12 +48,12 @@ Lowered lower_motion(const Problem& problem, const Choices& choices) {
 }  // namespace
 
 std::span<const Implementation> upsample_implementations() {
-    static const Implementation implementations[] = {{"upsample", obvious, group_choices, lower}};
+    static const Implementation implementations[] = {{"upsample", obvious, strip_choices, lower}};
     return implementations;
 }
 
 std::span<const Implementation> upsample_motion_implementations() {
-    static const Implementation implementations[] = {{"upsample motion", obvious, group_choices, lower_motion}};
+    static const Implementation implementations[] = {{"upsample motion", obvious, strip_choices, lower_motion}};
     return implementations;
 }
 
