@@ -42,7 +42,12 @@ TEST_CASE("NSRR with fewer previous frames than it has: the others' maps are zer
 TEST_CASE("NSRR in bands of rows agrees with the PyTorch network" * doctest::test_suite("golden")) {
     UpscalerOptions options;
     options.band_rows = 8;
-    check_golden("nsrr_x2_rgb", options);
+    const Golden golden("nsrr_x2_rgb");
+    const Run result = run(golden, options);
+    for (const double difference : result.differences) CHECK(difference < kTolerance);
+    // It does work in bands: less is there at a time.
+    CHECK(2 * result.upscaler.memory_requirements().arena <
+          Upscaler(test_device(), golden.model, golden.render).memory_requirements().arena * 1.5);
 }
 
 TEST_CASE("NSRR in half storage stays near" * doctest::test_suite("golden")) {
