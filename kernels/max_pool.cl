@@ -1,15 +1,22 @@
 // maxpool_2: the maximum of every 2×2 pixels.
 //
-// Options: IN_*, OUT_* (layouts), STORE_HALF.
+// Options: IN_*, OUT_* (layouts), STRIP (pixels of a row to a work-item), STORE_HALF.
+
+// Channels from c on, in vectors that LOAD_ and STORE_ move.
+#define POOL(LOAD_, STORE_)                                                                                \
+    STORE_(fmax(fmax(LOAD_(in, AT(IN, 2 * x, 2 * y, c)), LOAD_(in, AT(IN, 2 * x + 1, 2 * y, c))),          \
+                fmax(LOAD_(in, AT(IN, 2 * x, 2 * y + 1, c)), LOAD_(in, AT(IN, 2 * x + 1, 2 * y + 1, c)))), \
+           out, AT(OUT, x, y, c))
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void max_pool(global const storage* in,
                                                                           global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    for (int c = 0; c < OUT_CHANNELS; c += 4) {
-        const float4 above = fmax(LOAD_CHANNELS(IN, in, 2 * x, 2 * y, c), LOAD_CHANNELS(IN, in, 2 * x + 1, 2 * y, c));
-        const float4 below =
-            fmax(LOAD_CHANNELS(IN, in, 2 * x, 2 * y + 1, c), LOAD_CHANNELS(IN, in, 2 * x + 1, 2 * y + 1, c));
-        STORE_CHANNELS(OUT, fmax(above, below), out, x, y, c);
+    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+    if (y >= OUT_HEIGHT) return;
+    for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
+        int c = 0;
+#if IN_BLOCK == 1 && OUT_BLOCK == 1
+        for (; c + 16 <= OUT_CHANNELS; c += 16) POOL(LOAD16, STORE16);
+#endif
+        for (; c < OUT_CHANNELS; ++c) POOL(LOAD, STORE);
     }
 }

@@ -2,9 +2,9 @@
 // for all pixels of a row that lie at the same place of their tiles, so that four source pixels of four elements each
 // are filtered as one vector. Images of up to four channels, the source's pixels four elements apart.
 //
-// Options: IN_*, OUT_* (layouts), SCALE, SHIFT_X, SHIFT_Y (the jitter, as an expression in `frame`), PIXELS (a multiple
+// Options: IN_*, OUT_* (layouts), SCALE, SHIFT_X, SHIFT_Y (the jitter, as an expression in `frame`), STRIP (a multiple
 // of 4), MOTION (a NaN is then an invalid vector, see upsample_motion.cl), STORE_HALF. A work-item makes one row over
-// PIXELS source pixels. Work-items: (⌈source width / PIXELS⌉, height).
+// STRIP source pixels. Work-items: (⌈source width / STRIP⌉, height).
 
 // Pixels x to x + 3 of row y, clamped to the image. Of the last one's elements past its channels, anything.
 INLINE float16 four_pixels(global const storage* in, int x, int y) {
@@ -37,9 +37,9 @@ INLINE void store_pixel(float4 v, global storage* out, int x, int y) {
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_rows(global const storage* in,
                                                                                global storage* out, Frame frame) {
-    const int start = (int)get_global_id(0) * PIXELS, y = get_global_id(1);
+    const int start = (int)get_global_id(0) * STRIP, y = get_global_id(1);
     const Taps ty = upsample_taps(y, SCALE, SHIFT_Y, IN_HEIGHT);
-    for (int x = start; x < min(start + PIXELS, IN_WIDTH); x += 4) {
+    for (int x = start; x < min(start + STRIP, IN_WIDTH); x += 4) {
 #pragma unroll
         for (int place = 0; place < SCALE; ++place) {
             // As upsample_taps has them, whose clamp four_pixels does.

@@ -1,9 +1,9 @@
 // warp(I, M, border, fallback), and a reset frame is all fallback.
 //
-// Options: IMAGE_*, MOTION_*, OUT_* (layouts), PIXELS_A_VECTOR (along each axis), BORDER_ZERO (else clamp), STORE_HALF
-// (all but motion, which is float). Where there is a fallback other than 0: FALLBACK_* (layout), FALLBACK_SCALE (1: it
-// has the image's size; else it is upsampled). Where the image is zero-upsampled: SAMPLES (the scale), SAMPLE (sample
-// or previous_sample: whose).
+// Options: IMAGE_*, MOTION_*, OUT_* (layouts), STRIP (pixels of a row to a work-item), PIXELS_A_VECTOR (along each
+// axis), BORDER_ZERO (else clamp), STORE_HALF (all but motion, which is float). Where there is a fallback other than 0:
+// FALLBACK_* (layout), FALLBACK_SCALE (1: it has the image's size; else it is upsampled). Where the image is
+// zero-upsampled: SAMPLES (the scale), SAMPLE (sample or previous_sample: whose).
 
 #ifdef FALLBACK_SCALE
 #define FALLBACK_ARGUMENT , global const storage* fallback
@@ -78,28 +78,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(glob
                                                                             global const float* motion,
                                                                             global storage* out,
                                                                             Frame frame FALLBACK_ARGUMENT) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
-    warp_pixel(image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
-               motion[AT(MOTION, block_x, block_y, 1)] FALLBACK_PASSED);
-}
-
-// One work-item warps ROW_PIXELS pixels of a row, one after the other: on a CPU that is faster than pixels as the lanes
-// of vectors, whose taps would be gathered one by one.
-#ifdef ROW_PIXELS
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_row(global const storage* image,
-                                                                          global const float* motion,
-                                                                          global storage* out,
-                                                                          Frame frame FALLBACK_ARGUMENT) {
-    const int start = (int)get_global_id(0) * ROW_PIXELS, y = get_global_id(1);
-    for (int x = start; x < min(start + ROW_PIXELS, OUT_WIDTH); ++x) {
+    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+    if (y >= OUT_HEIGHT) return;
+    for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
         const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
         warp_pixel(image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
                    motion[AT(MOTION, block_x, block_y, 1)] FALLBACK_PASSED);
     }
 }
-#endif
 
 // One work-item warps an 8×8 block of one motion vector: the weights are the same all over it, so that rows are
 // filtered as vectors of four pixels of four channels, and each source row is filtered along x once. Wants

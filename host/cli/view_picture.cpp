@@ -64,9 +64,30 @@ std::vector<Color> colors(const Upscaler::View& view) {
     return result;
 }
 
+/// The channels beside and below each other in one channel of that size, by nearest.
+Upscaler::View contact_sheet(const Upscaler::View& view, Size size) {
+    const int columns = static_cast<int>(std::ceil(std::sqrt(view.channels)));
+    const int rows = (view.channels + columns - 1) / columns;
+    Upscaler::View sheet{size, 1, std::vector<float>(static_cast<size_t>(size.width) * size.height)};
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            // In units of a picture: which one, and where in it.
+            const double across = (x + 0.5) * columns / size.width, down = (y + 0.5) * rows / size.height;
+            const int channel = static_cast<int>(down) * columns + static_cast<int>(across);
+            if (channel >= view.channels) continue;
+            const int from_x = static_cast<int>((across - std::floor(across)) * view.size.width);
+            const int from_y = static_cast<int>((down - std::floor(down)) * view.size.height);
+            sheet.pixels[static_cast<size_t>(y) * size.width + x] =
+                view.pixels[(static_cast<size_t>(from_y) * view.size.width + from_x) * view.channels + channel];
+        }
+    }
+    return sheet;
+}
+
 }  // namespace
 
 io::Pixels view_picture(const Upscaler::View& view, Size size) {
+    if (view.channels > 3) return view_picture(contact_sheet(view, size), size);
     const std::vector<Color> source = colors(view);
     // Blocks are whole pixels; the last ones may reach beyond the image.
     const int factor = std::max({1, (size.width + view.size.width - 1) / view.size.width,

@@ -52,8 +52,8 @@ bool works_in_bands(const LayoutPlan& plan, Value value) {
 
 class Planner {
   public:
-    Planner(LayoutPlan& plan, Value first, Value last)
-        : plan_(plan), graph_(plan.graph), first_(first), last_(last), done_(graph_.nodes.size()) {
+    Planner(LayoutPlan& plan, Value first, Value last, int granule)
+        : plan_(plan), graph_(plan.graph), first_(first), last_(last), granule_(granule), done_(graph_.nodes.size()) {
         find_inner_memories();
     }
 
@@ -130,7 +130,7 @@ class Planner {
     std::vector<int> wanted_rows(double share) const {
         std::vector<int> wanted = done_;
         const auto want = [&](Value value, int rows) {
-            wanted[value] = std::max(wanted[value], std::min(round_up(rows, kBandGranule), graph_.shape(value).height));
+            wanted[value] = std::max(wanted[value], std::min(round_up(rows, granule_), graph_.shape(value).height));
         };
         for (Value value = last_; value >= first_; --value) {
             if (!is_stage(value)) continue;
@@ -176,13 +176,14 @@ class Planner {
     LayoutPlan& plan_;
     const Graph& graph_;
     Value first_, last_;
+    int granule_;
     std::set<int> inner_;  // memories
     std::vector<int> done_;
 };
 
 }  // namespace
 
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows) {
+std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule) {
     std::vector<BandedNodes> result;
     const Value end = static_cast<Value>(plan.graph.nodes.size());
     const auto is_part = [&](Value value) { return !launches(plan.graph.nodes[value]) || works_in_bands(plan, value); };
@@ -190,9 +191,9 @@ std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows) {
         if (!launches(plan.graph.nodes[first]) || !works_in_bands(plan, first)) continue;
         Value last = first;
         while (last + 1 < end && is_part(last + 1)) ++last;
-        Planner planner(plan, first, last);
+        Planner planner(plan, first, last, granule);
         if (rows > 0 || planner.inner_bytes() > kLarge)
-            result.push_back(planner.run(round_up(rows > 0 ? rows : kRows, kBandGranule)));
+            result.push_back(planner.run(round_up(rows > 0 ? rows : kRows, granule)));
         first = last;
     }
     return result;

@@ -20,11 +20,9 @@ struct BandedNodes {
     std::vector<Band> order;
 };
 
-/// Rows of bands begin at multiples of this many: the kernels' work-groups must not begin between them.
-inline constexpr int kBandGranule = 8;
-
 /// Finds nodes whose images would be large and makes them work on bands of `rows` rows of their largest image, rounded
-/// up; for 0, of as many as suit their size. Lays out rings in `plan`.
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows);
+/// up; for 0, of as many as suit. Bands of every image begin at multiples of `granule` rows, so that work-groups do.
+/// Lays out rings in `plan`.
+std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule);
 
 }  // namespace clarus::runtime

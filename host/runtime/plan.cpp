@@ -55,6 +55,11 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     return stage;
 }
 
+/// Rows of the highest work-group there is among the kernels for such a device.
+int band_granule(const DeviceProfile& profile) {
+    return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4 ? 8 : 4;
+}
+
 std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const std::vector<BandedNodes>& banded) {
     std::vector<StageRows> launches;
     std::map<Value, int> stage_of;
@@ -87,7 +92,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
     auto plan = std::make_unique<Plan>();
     const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows);
+    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, band_granule(profile));
     plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);
     for (Value value = 0; value < static_cast<Value>(plan->layout.graph.nodes.size()); ++value) {

@@ -43,6 +43,20 @@ std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile)
 
 std::vector<Choices> single_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
 
+std::vector<Choices> strip_choices(const Problem& problem, const DeviceProfile& profile) {
+    std::vector<Choices> result = group_choices(problem, profile);
+    for (Choices& choices : result) choices["STRIP"] = 1;
+    // Vectors that the kernel says itself are better than those of work-items whose pixels lie channels apart.
+    if (profile.device_class != DeviceClass::gpu && profile.float_vector_width >= 4)
+        result.insert(result.begin(), {{"WG_X", 1}, {"WG_Y", 1}, {"STRIP", 64}});
+    return result;
+}
+
+std::array<size_t, 2> strips(const TensorLayout& layout, const Choices& choices) {
+    const int strip = choices.at("STRIP");
+    return {static_cast<size_t>((layout.width + strip - 1) / strip), static_cast<size_t>(layout.height)};
+}
+
 std::array<size_t, 2> group_size(const Choices& choices) {
     return {static_cast<size_t>(choices.at("WG_X")), static_cast<size_t>(choices.at("WG_Y"))};
 }

@@ -30,6 +30,11 @@ std::array<size_t, 2> group_size(const Choices& choices);
 /// One-item groups, for kernels that say themselves what is a vector.
 std::vector<Choices> single_choices(const Problem& problem, const DeviceProfile& profile);
 
+/// "WG_X", "WG_Y" and "STRIP", the pixels of a row that a work-item makes, for kernels whose vectors are a pixel's
+/// channels.
+std::vector<Choices> strip_choices(const Problem& problem, const DeviceProfile& profile);
+std::array<size_t, 2> strips(const TensorLayout& layout, const Choices& choices);
+
 /// A work-item for each pixel.
 std::array<size_t, 2> pixels(const TensorLayout& layout);
 /// A work-item for each strip of so many pixels.

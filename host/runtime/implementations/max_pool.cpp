@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -6,9 +8,10 @@ namespace {
 Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "max_pool";
-    call.options = image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}});
+    call.options = fmt::format("{} -DSTRIP={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
+                               choices.at("STRIP"));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
-    call.global = pixels(problem.output);
+    call.global = strips(problem.output, choices);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
@@ -16,7 +19,7 @@ Lowered lower(const Problem& problem, const Choices& choices) {
 }  // namespace
 
 std::span<const Implementation> max_pool_implementations() {
-    static const Implementation implementations[] = {{"max pool", obvious, group_choices, lower}};
+    static const Implementation implementations[] = {{"max pool", obvious, strip_choices, lower}};
     return implementations;
 }
 

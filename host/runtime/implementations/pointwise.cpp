@@ -46,16 +46,15 @@ std::vector<Run> singles(int count) {
 /// An operand or the result in a kernel whose work-items handle cells of cell × cell pixels.
 class Access {
   public:
-    Access(const TensorLayout& layout, std::string pointer, int cell)
-        : layout_(layout), pointer_(std::move(pointer)), cell_(cell) {}
+    /// `qualifier`: "const " or nothing.
+    Access(const TensorLayout& layout, std::string qualifier, std::string pointer, int cell)
+        : layout_(layout), qualifier_(std::move(qualifier)), pointer_(std::move(pointer)), cell_(cell) {}
 
     int channels() const { return layout_.channels; }
-    std::string parameter(std::string_view qualifier) const {
-        return fmt::format("global {}{}* {}", qualifier, half() ? "half" : "float", pointer_);
-    }
+    std::string parameter() const { return fmt::format("global {}{}* {}_image", qualifier_, element_type(), pointer_); }
 
-    /// Moves the pointer to the work-item's cell, or to the nearest pixel that a smaller image has.
-    std::string move(const TensorLayout& whole) const {
+    /// Points to cell (x, y), or to the nearest pixel that a smaller image has.
+    std::string point(const TensorLayout& whole) const {
         const std::string x = layout_.width < whole.width ? fmt::format("min(x, {})", layout_.width - 1) : "x";
         const std::string y = layout_.height < whole.height ? fmt::format("min(y, {})", layout_.height - 1) : "y";
         const std::string place =
@@ -64,7 +63,8 @@ class Access {
                               layout_.row(), x, layout_.samples, layout_.stride, layout_.offset)
                 : fmt::format("AT_({0} * {2}, {1} * {2}, 0, {3}, {4}, {5}, {6}, {7})", x, y, cell_, layout_.block,
                               layout_.stride, layout_.row(), layout_.offset, layout_.ring);
-        std::string code = fmt::format("    {} += {};\n", pointer_, place);
+        std::string code = fmt::format("    global {}{}* {} = {}_image + {};\n", qualifier_, element_type(), pointer_,
+                                       pointer_, place);
         if (layout_.samples == 1) return code;
         return code +
                fmt::format("    const int {0}_is_sample = {1} % {3} == frame.{4}_x && {2} % {3} == frame.{4}_y;\n",
@@ -105,6 +105,7 @@ class Access {
 
   private:
     bool half() const { return layout_.storage == Storage::f16; }
+    const char* element_type() const { return half() ? "half" : "float"; }
     bool contiguous_pixels() const { return layout_.block == cell_ && cell_ > 1; }
 
     int element(int pixel, int c) const {
@@ -134,7 +135,7 @@ class Access {
     }
 
     TensorLayout layout_;
-    std::string pointer_;
+    std::string qualifier_, pointer_;
     int cell_;
 };
 
@@ -265,17 +266,20 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     call.file = call.entry = "pointwise";
     call.global = {static_cast<size_t>(problem.output.width / cell), static_cast<size_t>(problem.output.height / cell)};
     call.local = group_size(choices);
+    const int strip = choices.contains("STRIP") ? choices.at("STRIP") : 1;
+    const size_t columns = call.global[0];
+    call.global[0] = (columns + strip - 1) / strip;
 
     std::vector<Access> inputs;
-    std::string parameters, moves;
+    std::string parameters, pointers;
     for (const TensorLayout& layout : problem.inputs) {
         const int index = static_cast<int>(inputs.size());
-        inputs.emplace_back(layout, fmt::format("in{}", index), cell);
-        parameters += inputs.back().parameter("const ") + ", ";
-        moves += inputs.back().move(problem.output);
+        inputs.emplace_back(layout, "const ", fmt::format("in{}", index), cell);
+        parameters += inputs.back().parameter() + ", ";
+        pointers += inputs.back().point(problem.output);
         call.arguments.push_back({ArgumentKind::input, index});
     }
-    const Access output(problem.output, "out", cell);
+    const Access output(problem.output, "", "out", cell);
     call.arguments.push_back({ArgumentKind::output});
     call.arguments.push_back({ArgumentKind::frame});
 
@@ -283,12 +287,13 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     for (const int width : {1, 2, 4, 8, 16})
         call.source += fmt::format("DEFINE_SIGMOID({})\n", vector_type("float", width));
     call.source += fmt::format(
-        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({}{}, Frame frame) {{\n"
-        "    const int x = get_global_id(0), y = get_global_id(1);\n"
-        "    if (x >= {} || y >= {}) return;\n{}{}",
-        parameters, output.parameter(""), call.global[0], call.global[1], moves, output.move(problem.output));
+        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({0}{1}, Frame frame) {{\n"
+        "    const int y = get_global_id(1), first = (int)get_global_id(0) * {2};\n"
+        "    if (y >= {4}) return;\n"
+        "    for (int x = first; x < min(first + {2}, {3}); ++x) {{\n{5}{6}",
+        parameters, output.parameter(), strip, columns, call.global[1], pointers, output.point(problem.output));
     for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
-    call.source += "}\n";
+    call.source += "    }\n}\n";
     return {std::move(call), std::nullopt};
 }
 
@@ -311,6 +316,17 @@ Lowered lower_cells(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, common_block(problem));
 }
 
+std::vector<Choices> pixel_choices(const Problem& problem, const DeviceProfile& profile) {
+    // Fewer channels than that make no vectors: those of pixels are better.
+    constexpr int kManyChannels = 24;
+    std::vector<Choices> result = strip_choices(problem, profile);
+    int channels = problem.output.channels;
+    for (const TensorLayout& input : problem.inputs) channels += input.channels;
+    if (channels < kManyChannels && result.front().at("STRIP") > 1)
+        std::rotate(result.begin(), result.begin() + 1, result.end());
+    return result;
+}
+
 Lowered lower_pixels(const Problem& problem, const Choices& choices) { return lower(problem, choices, 1); }
 
 }  // namespace
@@ -318,7 +334,7 @@ Lowered lower_pixels(const Problem& problem, const Choices& choices) { return lo
 std::span<const Implementation> pointwise_implementations() {
     // The same program for one pixel, and for all pixels of a block at once, where a channel's are a vector.
     static const Implementation implementations[] = {{"pointwise cells", prefer_cells, group_choices, lower_cells},
-                                                     {"pointwise", obvious, group_choices, lower_pixels}};
+                                                     {"pointwise", obvious, pixel_choices, lower_pixels}};
     return implementations;
 }
 

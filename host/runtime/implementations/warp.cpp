@@ -11,8 +11,9 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
     KernelCall call;
     call.file = "warp";
     call.entry = std::move(entry);
-    call.options = fmt::format("{} {} -DPIXELS_A_VECTOR={}", image_options({{"OUT", problem.output}, {"IMAGE", image}}),
-                               layout_options("MOTION", problem.inputs[1]), warp.motion_block);
+    call.options =
+        fmt::format("{} {} -DPIXELS_A_VECTOR={} -DSTRIP={}", image_options({{"OUT", problem.output}, {"IMAGE", image}}),
+                    layout_options("MOTION", problem.inputs[1]), warp.motion_block, choices.at("STRIP"));
     if (warp.border == graph::Border::zero) call.options += " -DBORDER_ZERO";
     if (image.samples > 1)
         call.options += fmt::format(" -DSAMPLES={} -DSAMPLE={}", image.samples,
@@ -30,7 +31,7 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
 }
 
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
-    return lower(problem, choices, "warp_plain", pixels(problem.output));
+    return lower(problem, choices, "warp_plain", strips(problem.output, choices));
 }
 
 // One work-item a motion block is too few of them for a GPU.
@@ -41,33 +42,19 @@ int prefer_blocks(const Problem& problem, const DeviceProfile& profile) {
     return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
-std::vector<Choices> block_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 8}, {"WG_Y", 1}}}; }
+std::vector<Choices> block_choices(const Problem&, const DeviceProfile&) {
+    return {{{"WG_X", 8}, {"WG_Y", 1}, {"STRIP", 1}}};
+}
 
 Lowered lower_blocks(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, "warp_block", pixels(problem.inputs[1]));
-}
-
-int prefer_rows(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = problem.inputs[0].block == 1 && problem.output.block == 1;
-    return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
-}
-
-std::vector<Choices> row_choices(const Problem&, const DeviceProfile&) { return {{{"WG_X", 1}, {"WG_Y", 1}}}; }
-
-Lowered lower_rows(const Problem& problem, const Choices& choices) {
-    constexpr size_t kPixels = 64;
-    const auto [width, height] = pixels(problem.output);
-    Lowered lowered = lower(problem, choices, "warp_row", {(width + kPixels - 1) / kPixels, height});
-    lowered.call.options += fmt::format(" -DROW_PIXELS={}", kPixels);
-    return lowered;
 }
 
 }  // namespace
 
 std::span<const Implementation> warp_implementations() {
     static const Implementation implementations[] = {{"warp blocks", prefer_blocks, block_choices, lower_blocks},
-                                                     {"warp rows", prefer_rows, row_choices, lower_rows},
-                                                     {"warp", obvious, group_choices, lower_plain}};
+                                                     {"warp", obvious, strip_choices, lower_plain}};
     return implementations;
 }
 
