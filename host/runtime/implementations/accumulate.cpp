@@ -38,7 +38,7 @@ int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
 }
 
 Lowered lower_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 32, kRows = 8, kTaps = 3;
+    constexpr int kPixels = 32, kRows = 16, kTaps = 3;
     const double scale = std::get<graph::Accumulate>(problem.node.op).scale;
     Lowered lowered = lower_plain(problem, choices);
     lowered.call.entry = "accumulate_strip";
