@@ -181,7 +181,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate(glob
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels. Mean and deviation
 // are found for each sample under it, once, and the weighted sums first along y, for all pixels of a row; what is left
 // is done for sixteen pixels at once. COLUMNS and LINES are the most samples under the strip along each axis, those
-// around the nearest included.
+// around the nearest included. Wants results that are not in blocks.
 #ifdef PIXELS
 DEFINE_BLEND(float16)
 
@@ -263,8 +263,11 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate_stri
                           result16);
             for (int c = 0; c < 5; ++c) vstore16(result16[c], 0, results[c] + i);
         }
-        for (int i = 0; i < pixels; ++i)
-            for (int c = 0; c < OUT_CHANNELS; ++c) STORE(results[c][i], out, AT(OUT, x0 + i, y, c));
+        for (int i = 0; i < pixels; ++i) {
+            const int at = AT(OUT, x0 + i, y, 0);
+            STORE4((float4)(results[0][i], results[1][i], results[2][i], results[3][i]), out, at);
+            STORE(results[4][i], out, at + 4);
+        }
     }
 }
 #endif

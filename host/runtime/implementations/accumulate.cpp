@@ -34,7 +34,7 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 }
 
 int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
-    return problem.inputs[0].block == 1 && profile.device_class != DeviceClass::gpu ? 2 : 0;
+    return problem.output.block == 1 && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
 Lowered lower_strips(const Problem& problem, const Choices& choices) {
