@@ -15,7 +15,44 @@
 INLINE float4 to_ycocg(float4 c) {
     return (float4)(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z), 0);
 }
-INLINE float4 to_rgb(float4 c) { return (float4)(c.x + c.y - c.z, c.x + c.z, c.x - c.y - c.z, 0); }
+
+#define LESSER(a, b) ((a) < (b) ? (a) : (b))
+#define GREATER(a, b) ((a) > (b) ? (a) : (b))
+
+// Defines blend_float (blend_float16), the confinement of history and its blend with the samples around the pixel, in
+// YCoCg: their mean and deviation, weighted sums and those weights. `known` is the weight of history, negative where
+// there is none. The result is what is stored of a pixel.
+#define DEFINE_BLEND(real)                                                                                          \
+    INLINE void blend_##real(const real* mean, const real* deviation, const real* sharp, const real* soft,          \
+                             real sharp_weight, real soft_weight, const real* before, real known, real varied,      \
+                             real* result) {                                                                        \
+        const real weight = sharp_weight + LEAST * soft_weight, share_of_sum = 1 / weight, spread = sqrt(varied);   \
+        real confined[3], change[3], moved = 0, reached = 0, changed = 0;                                           \
+        for (int c = 0; c < 3; ++c) {                                                                               \
+            const real reach = GREATER(DEVIATIONS * deviation[c], spread);                                          \
+            const real raised = GREATER(before[c], mean[c] - reach);                                                \
+            confined[c] = LESSER(raised, mean[c] + reach);                                                          \
+            change[c] = (sharp[c] + LEAST * soft[c]) * share_of_sum - confined[c];                                  \
+            moved += (confined[c] - before[c]) * (confined[c] - before[c]);                                         \
+            reached += reach * reach;                                                                               \
+            changed += change[c] * change[c];                                                                       \
+        }                                                                                                           \
+        /* History that had to be moved counts for less. */                                                         \
+        const real believed = known * (0.001f + reached) / (0.001f + reached + moved);                              \
+        const real share = weight / (believed + weight), soft_share = 1 / soft_weight;                              \
+        real ycocg[3];                                                                                              \
+        for (int c = 0; c < 3; ++c) ycocg[c] = known >= 0 ? confined[c] + share * change[c] : soft[c] * soft_share; \
+        result[0] = ycocg[0] + ycocg[1] - ycocg[2];                                                                 \
+        result[1] = ycocg[0] + ycocg[2];                                                                            \
+        result[2] = ycocg[0] - ycocg[1] - ycocg[2];                                                                 \
+        for (int c = 0; c < 3; ++c) {                                                                               \
+            result[c] = result[c] > 0 ? result[c] : (real)(0);                                                      \
+            result[c] = result[c] < 1 ? result[c] : (real)(1);                                                      \
+        }                                                                                                           \
+        const real sum = believed + weight, most = sum < MOST ? sum : (real)(MOST);                                 \
+        result[3] = known >= 0 ? most : weight;                                                                     \
+        result[4] = known >= 0 ? (1 - share) * (varied + share * changed) : (real)(0);                              \
+    }
 
 // 2^(-factor d²) of the distances to the nearest sample, at `offset`, and to those before and after it; never less than
 // what can be squared.
@@ -24,67 +61,52 @@ INLINE float4 falloff(float offset, float spacing, float factor) {
     return exp2_float4(fmax(-factor * distance * distance, -50.0f));
 }
 
-// Catmull-Rom around index coordinate (column + s, row + t).
-INLINE float4 history_color(global const storage* history, int column, int row, float s, float t) {
-    const int4 taps = (int4)(-1, 0, 1, 2);
-    const int4 columns = clamp(column + taps, 0, HISTORY_WIDTH - 1), rows = clamp(row + taps, 0, HISTORY_HEIGHT - 1);
-#define PIXEL(x, y) LOAD_CHANNELS(HISTORY, history, x, y, 0)
-    if (s == 0 && t == 0) return PIXEL(columns.s1, rows.s1);  // what stands still
-    const float4 along_x = keys(s), along_y = keys(t);
-#define ROW(y)                                                                                                   \
-    (along_x.s0 * PIXEL(columns.s0, y) + along_x.s1 * PIXEL(columns.s1, y) + along_x.s2 * PIXEL(columns.s2, y) + \
-     along_x.s3 * PIXEL(columns.s3, y))
-    return along_y.s0 * ROW(rows.s0) + along_y.s1 * ROW(rows.s1) + along_y.s2 * ROW(rows.s2) +
-           along_y.s3 * ROW(rows.s3);
-#undef ROW
-#undef PIXEL
-}
-
-// What the frame's samples around a pixel amount to: the nearest one and its eight neighbours.
 typedef struct {
-    float4 mean, deviation;  // of all nine, alike
-    float4 sharp, soft;      // weighted sums
-    float sharp_weight, soft_weight;
-} Samples;
+    float4 color;  // in YCoCg
+    float weight;  // negative where there is no history
+    float variance;
+} History;
 
-INLINE float4 deviation_of(float4 mean, float4 mean_square) { return sqrt(fmax(mean_square - mean * mean, 0.0f)); }
-
-// The pixel's history, blended with its samples.
-INLINE void blend(Samples samples, global const float* motion, global const storage* history, global storage* out,
-                  Frame frame, int x, int y) {
-    // Where the surface was.
-    const Coordinate mx = source_coordinate(x, SCALE, SCALE_REST, frame.motion_jitter_x - 0.5f);
-    const Coordinate my = source_coordinate(y, SCALE, SCALE_REST, frame.motion_jitter_y - 0.5f);
-    const int vector_x = clamp(mx.whole, 0, MOTION_WIDTH - 1), vector_y = clamp(my.whole, 0, MOTION_HEIGHT - 1);
+// Of pixel (x, y), along the motion vector of render column `vector_x` and its row: Catmull-Rom for the colour.
+INLINE History find_history(global const float* motion, global const storage* history, Frame frame, int x, int y,
+                            int vector_x, int vector_y) {
     const float from_x = x + SCALE * motion[AT(MOTION, vector_x, vector_y, 0)];
     const float from_y = y + SCALE * motion[AT(MOTION, vector_x, vector_y, 1)];
     // An invalid vector is not a number, and so not inside.
     const bool known = !frame.reset && from_x >= -0.5f && from_x <= HISTORY_WIDTH - 0.5f && from_y >= -0.5f &&
                        from_y <= HISTORY_HEIGHT - 0.5f;
-
-    float4 result = samples.soft / samples.soft_weight;
-    float weight = samples.sharp_weight + LEAST * samples.soft_weight, variance = 0;
-    if (known) {
-        const int left = whole_part(from_x), top = whole_part(from_y);
-        const float s = from_x - left, t = from_y - top;
-        const float4 before = to_ycocg(history_color(history, left, top, s, t));
-        const Taps tx = clamped_taps(left, s, HISTORY_WIDTH), ty = clamped_taps(top, t, HISTORY_HEIGHT);
-        const float4 facts = BILINEAR(HISTORY, history, tx, ty, 3);
-        const float4 current = (samples.sharp + LEAST * samples.soft) / weight;
-
-        const float4 reach = fmax(DEVIATIONS * samples.deviation, sqrt(facts.y));
-        const float4 confined = clamp(before, samples.mean - reach, samples.mean + reach);
-        const float4 change = current - confined, excess = confined - before;
-        // History that had to be moved counts for less.
-        const float believed = facts.x / (1 + dot(excess.xyz, excess.xyz) / (0.001f + dot(reach.xyz, reach.xyz)));
-        const float share = weight / (believed + weight);
-        result = confined + share * change;
-        variance = (1 - share) * (facts.y + share * dot(change.xyz, change.xyz));
-        weight = fmin(believed + weight, MOST);
+    History found = {0, -1, 0};
+    if (!known) return found;
+    const int column = whole_part(from_x), row = whole_part(from_y);
+    const float s = from_x - column, t = from_y - row;
+    const int4 taps = (int4)(-1, 0, 1, 2);
+    const int4 columns = clamp(column + taps, 0, HISTORY_WIDTH - 1), rows = clamp(row + taps, 0, HISTORY_HEIGHT - 1);
+#define PIXEL(x, y) LOAD_CHANNELS(HISTORY, history, x, y, 0)
+    float4 color, facts;
+    if (s == 0 && t == 0) {  // what stands still
+        color = PIXEL(columns.s1, rows.s1);
+        facts = LOAD_CHANNELS(HISTORY, history, columns.s1, rows.s1, 3);
+    } else {
+        const float4 along_x = keys(s), along_y = keys(t);
+#define ROW(y)                                                                                                   \
+    (along_x.s0 * PIXEL(columns.s0, y) + along_x.s1 * PIXEL(columns.s1, y) + along_x.s2 * PIXEL(columns.s2, y) + \
+     along_x.s3 * PIXEL(columns.s3, y))
+        color = along_y.s0 * ROW(rows.s0) + along_y.s1 * ROW(rows.s1) + along_y.s2 * ROW(rows.s2) +
+                along_y.s3 * ROW(rows.s3);
+        const Taps tx = clamped_taps(column, s, HISTORY_WIDTH), ty = clamped_taps(row, t, HISTORY_HEIGHT);
+        facts = BILINEAR(HISTORY, history, tx, ty, 3);
     }
-    const float4 rgb = clamp(to_rgb(result), 0.0f, 1.0f);
-    STORE_CHANNELS(OUT, ((float4)(rgb.xyz, weight)), out, x, y, 0);
-    STORE(variance, out, AT(OUT, x, y, 4));
+#undef ROW
+#undef PIXEL
+    found.color = to_ycocg(color);
+    found.weight = facts.x;
+    found.variance = facts.y;
+    return found;
+}
+
+// The render pixel under an HR pixel's centre, along an axis of `size`.
+INLINE int vector_under(int x, float motion_jitter, int size) {
+    return clamp(source_coordinate(x, SCALE, SCALE_REST, motion_jitter - 0.5f).whole, 0, size - 1);
 }
 
 // The nearest sample along an axis, and how far it is away in render pixels.
@@ -104,6 +126,19 @@ INLINE float4 load_sample(global const storage* color, int x, int y) {
     return to_ycocg(LOAD_CHANNELS(COLOR, color, clamp(x, 0, COLOR_WIDTH - 1), clamp(y, 0, COLOR_HEIGHT - 1), 0));
 }
 
+INLINE float4 deviation_of(float4 mean, float4 mean_square) { return sqrt(fmax(mean_square - mean * mean, 0.0f)); }
+
+// Puts the components of a colour into three arrays.
+#define SPREAD(array, i, color)         \
+    do {                                \
+        const float4 spread_ = (color); \
+        array[0][i] = spread_.x;        \
+        array[1][i] = spread_.y;        \
+        array[2][i] = spread_.z;        \
+    } while (0)
+
+DEFINE_BLEND(float)
+
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate(global const storage* color,
                                                                             global const float* motion,
                                                                             global const storage* history,
@@ -116,27 +151,45 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate(glob
     vstore4(falloff(v.offset, SCALE, SHARP), 0, sharp_y);
     vstore4(falloff(u.offset, 1, SOFT), 0, soft_x);
     vstore4(falloff(v.offset, 1, SOFT), 0, soft_y);
-    Samples samples = {0, 0, 0, 0, 0, 0};
-    float4 square = 0;
+    float4 mean = 0, square = 0, sharp = 0, soft = 0;
+    float sharp_weight = 0, soft_weight = 0;
 #pragma unroll
     for (int i = 0; i < 9; ++i) {
         const float4 sample = load_sample(color, u.sample + i % 3 - 1, v.sample + i / 3 - 1);
         const float sharp_share = sharp_x[i % 3] * sharp_y[i / 3], soft_share = soft_x[i % 3] * soft_y[i / 3];
-        samples.mean += sample / 9;
+        mean += sample / 9;
         square += sample * sample / 9;
-        samples.sharp += sharp_share * sample;
-        samples.soft += soft_share * sample;
-        samples.sharp_weight += sharp_share;
-        samples.soft_weight += soft_share;
+        sharp += sharp_share * sample;
+        soft += soft_share * sample;
+        sharp_weight += sharp_share;
+        soft_weight += soft_share;
     }
-    samples.deviation = deviation_of(samples.mean, square);
-    blend(samples, motion, history, out, frame, x, y);
+    const History known =
+        find_history(motion, history, frame, x, y, vector_under(x, frame.motion_jitter_x, MOTION_WIDTH),
+                     vector_under(y, frame.motion_jitter_y, MOTION_HEIGHT));
+    float means[3][1], deviations[3][1], sharps[3][1], softs[3][1], before[3][1], result[5];
+    SPREAD(means, 0, mean);
+    SPREAD(deviations, 0, deviation_of(mean, square));
+    SPREAD(sharps, 0, sharp);
+    SPREAD(softs, 0, soft);
+    SPREAD(before, 0, known.color);
+    blend_float(means[0], deviations[0], sharps[0], softs[0], sharp_weight, soft_weight, before[0], known.weight,
+                known.variance, result);
+    for (int c = 0; c < OUT_CHANNELS; ++c) STORE(result[c], out, AT(OUT, x, y, c));
 }
 
-// For devices that run a group as one thread: a strip of PIXELS × ROWS pixels. Mean and deviation are found for each
-// sample under it, once, and the weighted sums first along y, for all pixels of a row. COLUMNS and LINES are the most
-// samples under the strip along each axis, those around the nearest included.
+// For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels. Mean and deviation
+// are found for each sample under it, once, and the weighted sums first along y, for all pixels of a row; what is left
+// is done for sixteen pixels at once. COLUMNS and LINES are the most samples under the strip along each axis, those
+// around the nearest included. Wants results that are not in blocks.
 #ifdef PIXELS
+DEFINE_BLEND(float16)
+
+#define LOAD_LANES(lanes, array, i)                                        \
+    do {                                                                   \
+        for (int c = 0; c < 3; ++c) lanes[c] = vload16(0, array[c] + (i)); \
+    } while (0)
+
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate_strip(global const storage* color,
                                                                                   global const float* motion,
                                                                                   global const storage* history,
@@ -161,35 +214,59 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate_stri
             deviation[j][i] = deviation_of(mean[j][i], square / 9);
         }
     }
-    int place[PIXELS];
+    int place[PIXELS], vector_x[PIXELS];
     float4 sharp_x[PIXELS], soft_x[PIXELS];
-    for (int i = 0; i < pixels; ++i) {
+    for (int i = 0; i < PIXELS; ++i) {
         const Nearest u = nearest_sample(x0 + i, frame.jitter_x);
         place[i] = u.sample - first_column;
         sharp_x[i] = falloff(u.offset, SCALE, SHARP);
         soft_x[i] = falloff(u.offset, 1, SOFT);
+        vector_x[i] = vector_under(x0 + i, frame.motion_jitter_x, MOTION_WIDTH);
     }
     for (int row = 0; row < rows; ++row) {
-        const Nearest v = nearest_sample(y0 + row, frame.jitter_y);
+        const int y = y0 + row, vector_y = vector_under(y, frame.motion_jitter_y, MOTION_HEIGHT);
+        const Nearest v = nearest_sample(y, frame.jitter_y);
         const int line = v.sample - first_line;
         const float4 sharp_y = falloff(v.offset, SCALE, SHARP), soft_y = falloff(v.offset, 1, SOFT);
+        const float sharp_sum = sharp_y.x + sharp_y.y + sharp_y.z, soft_sum = soft_y.x + soft_y.y + soft_y.z;
         float4 sharp[COLUMNS], soft[COLUMNS];
         for (int i = 0; i < COLUMNS; ++i) {
             sharp[i] = sharp_y.x * sample[line - 1][i] + sharp_y.y * sample[line][i] + sharp_y.z * sample[line + 1][i];
             soft[i] = soft_y.x * sample[line - 1][i] + soft_y.y * sample[line][i] + soft_y.z * sample[line + 1][i];
         }
-        for (int i = 0; i < pixels; ++i) {
+        float means[3][PIXELS], deviations[3][PIXELS], sharps[3][PIXELS], softs[3][PIXELS], before[3][PIXELS];
+        float sharp_weights[PIXELS], soft_weights[PIXELS], known[PIXELS], varied[PIXELS], results[5][PIXELS];
+        for (int i = 0; i < PIXELS; ++i) {
             const int at = place[i];
             const float4 sharp_share = sharp_x[i], soft_share = soft_x[i];
-            Samples samples;
-            samples.mean = mean[line][at];
-            samples.deviation = deviation[line][at];
-            samples.sharp = sharp_share.x * sharp[at - 1] + sharp_share.y * sharp[at] + sharp_share.z * sharp[at + 1];
-            samples.soft = soft_share.x * soft[at - 1] + soft_share.y * soft[at] + soft_share.z * soft[at + 1];
-            samples.sharp_weight =
-                (sharp_share.x + sharp_share.y + sharp_share.z) * (sharp_y.x + sharp_y.y + sharp_y.z);
-            samples.soft_weight = (soft_share.x + soft_share.y + soft_share.z) * (soft_y.x + soft_y.y + soft_y.z);
-            blend(samples, motion, history, out, frame, x0 + i, y0 + row);
+            SPREAD(means, i, mean[line][at]);
+            SPREAD(deviations, i, deviation[line][at]);
+            SPREAD(sharps, i,
+                   sharp_share.x * sharp[at - 1] + sharp_share.y * sharp[at] + sharp_share.z * sharp[at + 1]);
+            SPREAD(softs, i, soft_share.x * soft[at - 1] + soft_share.y * soft[at] + soft_share.z * soft[at + 1]);
+            sharp_weights[i] = (sharp_share.x + sharp_share.y + sharp_share.z) * sharp_sum;
+            soft_weights[i] = (soft_share.x + soft_share.y + soft_share.z) * soft_sum;
+            const History found = find_history(motion, history, frame, x0 + i, y, vector_x[i], vector_y);
+            SPREAD(before, i, found.color);
+            known[i] = found.weight;
+            varied[i] = found.variance;
+        }
+        for (int i = 0; i < PIXELS; i += 16) {
+            float16 mean16[3], deviation16[3], sharp16[3], soft16[3], before16[3], result16[5];
+            LOAD_LANES(mean16, means, i);
+            LOAD_LANES(deviation16, deviations, i);
+            LOAD_LANES(sharp16, sharps, i);
+            LOAD_LANES(soft16, softs, i);
+            LOAD_LANES(before16, before, i);
+            blend_float16(mean16, deviation16, sharp16, soft16, vload16(0, sharp_weights + i),
+                          vload16(0, soft_weights + i), before16, vload16(0, known + i), vload16(0, varied + i),
+                          result16);
+            for (int c = 0; c < 5; ++c) vstore16(result16[c], 0, results[c] + i);
+        }
+        for (int i = 0; i < pixels; ++i) {
+            const int at = AT(OUT, x0 + i, y, 0);
+            STORE4((float4)(results[0][i], results[1][i], results[2][i], results[3][i]), out, at);
+            STORE(results[4][i], out, at + 4);
         }
     }
 }

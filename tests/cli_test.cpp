@@ -205,6 +205,19 @@ TEST_CASE("a filter takes any scale") {
     CHECK(io::read_image_header(place.output() / "0000.png").size == Size{36, 24});
 }
 
+TEST_CASE("every filter is a model") {
+    const Workplace place;
+    for (const char* filter : {"nearest", "lanczos", "fsr1", "taau"}) {
+        CAPTURE(std::string(filter));
+        REQUIRE(place.upscale(filter, {"--scale", "1.7"}).exit_code == 0);
+        CHECK(io::read_image_header(place.output() / "0000.png").size == Size{41, 27});
+    }
+    REQUIRE(place.upscale("fsr1", {"--sharpness", "0"}).exit_code == 0);
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale("fsr1", {"--sharpness", "2"}), "from 0 to 1");
+    check_refused(untouched, untouched.upscale("bicubic", {"--sharpness", "0.5"}), "only fsr1");
+}
+
 TEST_CASE("upscale --report says what was run, how well and with what") {
     const Workplace place;
     const fs::path file = place / "report.json";

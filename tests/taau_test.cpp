@@ -272,17 +272,17 @@ TEST_SUITE("small") {
 }
 
 TEST_CASE("taau converges to the reference on a still scene") {
-    for (const double scale : {1.0, 1.5, 2.0, 3.0}) {
+    // At ×3 fewer than four of the jitter's 32 samples fall into a pixel.
+    for (const auto& [scale, reached] : {std::pair{1.0, 43.0}, {1.5, 33.5}, {2.0, 30.0}, {3.0, 25.0}}) {
         CAPTURE(scale);
         Film film;
         film.scale = scale;
         const std::vector<double> psnr = psnr_of(film, "taau", 128);
         const double bicubic = psnr_of(film, "bicubic", 4).back();
-        MESSAGE(scale << ": " << psnr[0] << " " << psnr[3] << " " << psnr[15] << " " << psnr[63] << " " << psnr[127]
-                      << ", bicubic " << bicubic);
         CHECK(psnr[15] > psnr[0] + 2);
         CHECK(psnr[127] > psnr[15] - 0.5);
-        CHECK(psnr[127] > bicubic + 7);
+        CHECK(psnr[127] > reached);
+        CHECK(psnr[127] > bicubic + 10);
     }
 }
 
@@ -293,7 +293,6 @@ TEST_CASE("taau follows a surface that moves") {
     const std::vector<double> psnr = psnr_of(film, "taau", 48), bicubic = psnr_of(film, "bicubic", 48);
     double gain = 0;
     for (int t = 16; t < 48; ++t) gain += (psnr[t] - bicubic[t]) / 32;
-    MESSAGE("gain " << gain);
     CHECK(gain > 2);
 }
 
@@ -305,7 +304,6 @@ TEST_CASE("taau forgets what is no longer there") {
         return t < kCut ? color : Color{color[2], 0.5 * color[0], 1 - color[1]};
     };
     const std::vector<double> psnr = psnr_of(film, "taau", kCut + 16);
-    MESSAGE("after a cut " << psnr[kCut - 1] << " " << psnr[kCut] << " " << psnr[kCut + 3] << " " << psnr[kCut + 15]);
     CHECK(psnr[kCut] > psnr[0] - 4);
     CHECK(psnr[kCut + 3] > psnr[0]);
     CHECK(psnr[kCut + 15] > psnr[0] + 1);

@@ -34,11 +34,11 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 }
 
 int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
-    return problem.inputs[0].block == 1 && profile.device_class != DeviceClass::gpu ? 2 : 0;
+    return problem.output.block == 1 && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
 Lowered lower_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 32, kRows = 8, kTaps = 3;
+    constexpr int kPixels = 32, kRows = 16, kTaps = 3;
     const double scale = std::get<graph::Accumulate>(problem.node.op).scale;
     Lowered lowered = lower_plain(problem, choices);
     lowered.call.entry = "accumulate_strip";

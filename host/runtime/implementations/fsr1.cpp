@@ -35,7 +35,7 @@ int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
 }
 
 Lowered lower_easu_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 16, kRows = 8, kTaps = 4;
+    constexpr int kPixels = 16, kRows = 16, kTaps = 4;
     const double scale = std::get<graph::Easu>(problem.node.op).scale;
     Lowered lowered = lower_easu(problem, choices);
     lowered.call.entry = "easu_strip";

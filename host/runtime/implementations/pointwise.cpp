@@ -115,6 +115,12 @@ class Access {
     }
 
     std::string load_elements(int first, int width) const {
+        if (half() && width > 4) {
+            // PoCL's vload_half8 wants more than the halves' alignment.
+            const int part = width / 2;
+            return fmt::format("({})({}, {})", vector_type("float", width), load_elements(first, part),
+                               load_elements(first + part, part));
+        }
         if (half()) {
             return width == 1 ? fmt::format("vload_half({}, {})", first, pointer_)
                               : fmt::format("vload_half{}(0, {} + {})", width, pointer_, first);

@@ -7,7 +7,7 @@
 namespace clarus::runtime {
 namespace {
 
-constexpr int kStripPixels = 32, kStripRows = 8;
+constexpr int kStripPixels = 32, kStripRows = 32;
 
 /// Of a filter, along each axis.
 int taps(graph::Filter filter) {
