@@ -231,28 +231,6 @@ Value Graph::clamp(Value image, float low, float high, std::string name) {
     return add(Pointwise{{{Step::Function::clamp, {0}, low, high}}, {1}}, {image}, shape(image), std::move(name));
 }
 
-Value Graph::tanh(Value image, std::string name) {
-    return add(Pointwise{{{Step::Function::tanh, {0}}}, {1}}, {image}, shape(image), std::move(name));
-}
-
-Value Graph::product(Value a, Value b, std::string name) {
-    const Shape &left = shape(a), &right = shape(b);
-    expect(left.height == right.height && left.width == right.width, "factors have one size");
-    expect(left.channels == right.channels || left.channels == 1 || right.channels == 1, "factors have one shape");
-    const Shape result{std::max(left.channels, right.channels), left.height, left.width};
-    return add(Pointwise{{{Step::Function::product, {0, 1}}}, {2}}, {a, b}, result, std::move(name));
-}
-
-Value Graph::linear(std::vector<Value> images, std::vector<float> coefficients, float addend, std::string name) {
-    expect(!images.empty() && images.size() == coefficients.size(), "a coefficient for each image");
-    const Shape result = shape(images.front());
-    for (const Value image : images) expect(shape(image) == result, "images that are added have one shape");
-    const int count = static_cast<int>(images.size());
-    Step step{Step::Function::linear, std::vector<int>(count), 0, 0, std::move(coefficients), addend};
-    std::iota(step.operands.begin(), step.operands.end(), 0);
-    return add(Pointwise{{std::move(step)}, {count}}, std::move(images), result, std::move(name));
-}
-
 Value Graph::replicate_to(Value image, Size size) {
     const Shape in = shape(image);
     if (size == Size{in.width, in.height}) return image;
