@@ -6,7 +6,7 @@ namespace clarus::runtime {
 namespace {
 
 // Long strips are what a CPU's vectors are for; a GPU wants many work-items.
-std::vector<Choices> strip_choices(const Problem&, const DeviceProfile& profile) {
+std::vector<Choices> mask_choices(const Problem&, const DeviceProfile& profile) {
     if (profile.device_class == DeviceClass::gpu) return {{{"WG_X", 8}, {"WG_Y", 8}, {"PIXELS", 4}, {"ROWS", 2}}};
     return {{{"WG_X", 1}, {"WG_Y", 1}, {"PIXELS", 64}, {"ROWS", 16}}};
 }
@@ -46,7 +46,7 @@ Lowered lower_project(const Problem& problem, const Choices& choices) {
 }  // namespace
 
 std::span<const Implementation> offset_mask_implementations() {
-    static const Implementation implementations[] = {{"offset mask", obvious, strip_choices, lower_mask}};
+    static const Implementation implementations[] = {{"offset mask", obvious, mask_choices, lower_mask}};
     return implementations;
 }
 
