@@ -42,12 +42,13 @@ TEST_CASE("NSRR with fewer previous frames than it has: the others' maps are zer
 TEST_CASE("NSRR in bands of rows agrees with the PyTorch network" * doctest::test_suite("golden")) {
     UpscalerOptions options;
     options.band_rows = 8;
+    options.profile = true;
     const Golden golden("nsrr_x2_rgb");
-    const Run result = run(golden, options);
+    Run result = run(golden, options);
     for (const double difference : result.differences) CHECK(difference < kTolerance);
-    // It does work in bands: less is there at a time.
-    CHECK(2 * result.upscaler.memory_requirements().arena <
-          Upscaler(test_device(), golden.model, golden.render).memory_requirements().arena * 1.5);
+    // It does work in bands: a layer is launched many times a frame.
+    for (const StageProfile& stage : result.upscaler.take_profile())
+        if (stage.name == "unet.enc1.0") CHECK(stage.spans.size() > static_cast<size_t>(4 * golden.frames));
 }
 
 TEST_CASE("NSRR in half storage stays near" * doctest::test_suite("golden")) {

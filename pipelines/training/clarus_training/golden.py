@@ -55,7 +55,7 @@ CASES = {
     },
     "nsrr": {
         "nsrr_x4": dict(scale=4, width=8, size=(9, 7)),
-        "nsrr_x2_rgb": dict(scale=2, width=4, size=(5, 53), previous_frames=2, network_color="rgb", jittered=True),
+        "nsrr_x2_rgb": dict(scale=2, width=4, size=(3, 151), previous_frames=2, network_color="rgb", jittered=True),
         "nsrr_x3_alone": dict(scale=3, width=4, size=(7, 6), previous_frames=0),
         "nsrr_x3_used": dict(scale=3, width=4, size=(7, 5), previous_frames=3, use=1),
         "nsrr_x6_1x1": dict(scale=6, width=4, size=(1, 1), previous_frames=1, jittered=True),
