@@ -8,7 +8,8 @@ Each is a module with
   is given, else by the paper's loss; `progress` goes from 0 to 1 as training does;
 - `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back.
 
-A network has `pipeline`, its model files', which FILES has the last two functions of; `scale`; `ahead(frames)`, one value a frame of whatever needs no history; and
+A network has `pipeline`, its model files', of which FILES has the last two functions; `scale`; `ahead(frames)`, one
+value a frame of whatever needs no history; and
 `step(frame, state, ahead, inside)`, which returns the output [N, 3, H, W] and the new state.
 """
 

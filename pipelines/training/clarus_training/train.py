@@ -27,7 +27,8 @@ LONGEST_STEP = 10  # seconds
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
     parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
-    parser.add_argument("--size", help="of a network that has several: s, m, l for enss; full, fast for nsrr; s, l for espcn")
+    sizes = "s, m, l for enss; full, fast for nsrr; s, l for espcn"
+    parser.add_argument("--size", help=f"of a network that has several: {sizes}")
     parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
     parser.add_argument("--data", nargs="+", required=True, help="sequences, or folders of them")
     parser.add_argument("--validation", nargs="+", default=[], help="sequences that are never trained on")

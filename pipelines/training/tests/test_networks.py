@@ -128,7 +128,8 @@ class Networks(unittest.TestCase):
 
     def test_a_file_holds_a_stack_of_every_layer(self):
         clip = frames(1, height=4, width=6)
-        for color, layers in (("rgb", golden.EVERY_LAYER), ("luma", stack.fsrcnn(2, 1)), ("luma", stack.edge_sr("tr", 2, 2, 5))):
+        cases = ("rgb", golden.EVERY_LAYER), ("luma", stack.fsrcnn(2, 1)), ("luma", stack.edge_sr("tr", 2, 2, 5))
+        for color, layers in cases:
             network = stack.Stack(2, *layers, color)
             with tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "model.safetensors")
@@ -145,7 +146,8 @@ class Networks(unittest.TestCase):
         self.assertTrue(torch.equal(result({"type": "product"}), a * b))
         part = result({"type": "product", "channels": [1, 2]})
         self.assertTrue(torch.equal(part, torch.cat((x[:, :1], x[:, 1:2] * x[:, 2:3], x[:, 3:]), dim=1)))
-        self.assertTrue(torch.equal(result({"type": "maximum", "groups": 2}), torch.cat([y.amax(1, True) for y in (a, b)], 1)))
+        most = torch.cat([half.amax(dim=1, keepdim=True) for half in (a, b)], dim=1)
+        self.assertTrue(torch.equal(result({"type": "maximum", "groups": 2}), most))
         self.assertTrue(torch.allclose(result({"type": "sum"}), x.sum(dim=1, keepdim=True)))
         softmax = result({"type": "softmax", "channels": [2, 4], "groups": 2})
         self.assertTrue(torch.equal(softmax[:, :2], x[:, :2]))
