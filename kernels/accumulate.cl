@@ -80,7 +80,8 @@ INLINE History find_history(global const float* motion, global const storage* hi
     const int column = whole_part(from_x), row = whole_part(from_y);
     const float s = from_x - column, t = from_y - row;
     const int4 taps = (int4)(-1, 0, 1, 2);
-    const int4 columns = clamp(column + taps, 0, HISTORY_WIDTH - 1), rows = clamp(row + taps, 0, HISTORY_HEIGHT - 1);
+    const int4 columns = clamp(column + taps, (int4)(0), (int4)(HISTORY_WIDTH - 1)),
+               rows = clamp(row + taps, (int4)(0), (int4)(HISTORY_HEIGHT - 1));
 #define PIXEL(x, y) LOAD_CHANNELS(HISTORY, history, x, y, 0)
     float4 color, facts;
     if (s == 0 && t == 0) {  // what stands still
@@ -167,14 +168,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void accumulate(glob
     const History known =
         find_history(motion, history, frame, x, y, vector_under(x, frame.motion_jitter_x, MOTION_WIDTH),
                      vector_under(y, frame.motion_jitter_y, MOTION_HEIGHT));
-    float means[3][1], deviations[3][1], sharps[3][1], softs[3][1], before[3][1], result[5];
-    SPREAD(means, 0, mean);
-    SPREAD(deviations, 0, deviation_of(mean, square));
-    SPREAD(sharps, 0, sharp);
-    SPREAD(softs, 0, soft);
-    SPREAD(before, 0, known.color);
-    blend_float(means[0], deviations[0], sharps[0], softs[0], sharp_weight, soft_weight, before[0], known.weight,
-                known.variance, result);
+    float means[3], deviations[3], sharps[3], softs[3], before[3], result[5];
+    vstore3(mean.xyz, 0, means);
+    vstore3(deviation_of(mean, square).xyz, 0, deviations);
+    vstore3(sharp.xyz, 0, sharps);
+    vstore3(soft.xyz, 0, softs);
+    vstore3(known.color.xyz, 0, before);
+    blend_float(means, deviations, sharps, softs, sharp_weight, soft_weight, before, known.weight, known.variance,
+                result);
     for (int c = 0; c < OUT_CHANNELS; ++c) STORE(result[c], out, AT(OUT, x, y, c));
 }
 

@@ -247,7 +247,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas(global con
 #ifdef ROWS
 INLINE float16 load_four(global const storage* in, int line, int x) {
     if (x >= 0 && x + 4 <= IN_WIDTH) return LOAD16(in, line + IN_STRIDE * x);
-    const int4 columns = clamp(x + (int4)(0, 1, 2, 3), 0, IN_WIDTH - 1) * IN_STRIDE + line;
+    const int4 columns = clamp(x + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1)) * IN_STRIDE + line;
     return (float16)(LOAD4(in, columns.s0), LOAD4(in, columns.s1), LOAD4(in, columns.s2), LOAD4(in, columns.s3));
 }
 

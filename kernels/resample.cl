@@ -104,7 +104,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(
                     filtered[i] += along_y[j] * LOAD16(in, line + IN_STRIDE * (first_column + 4 * i));
             } else {
                 for (int i = 0; i < VECTORS; ++i) {
-                    const int4 columns = clamp(first_column + 4 * i + (int4)(0, 1, 2, 3), 0, IN_WIDTH - 1);
+                    const int4 columns =
+                        clamp(first_column + 4 * i + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1));
                     filtered[i] += along_y[j] * (float16)(LOAD4(in, line + IN_STRIDE * columns.s0),
                                                           LOAD4(in, line + IN_STRIDE * columns.s1),
                                                           LOAD4(in, line + IN_STRIDE * columns.s2),
