@@ -78,7 +78,7 @@ class Builder {
         std::vector<Value> history, warped;
         if (frames_.used > 0) {
             const Value next = graph_.zero_upsample(features("features_previous", z), scale_);
-            const Value motion = graph_.upsample_motion(motion_, scale_);
+            const Value motion = graph_.upsample_motion(motion_, scale_, "motion upsampling");
             for (int i = 0; i < frames_.used; ++i)
                 history.push_back(graph_.previous(graph_.shape(next), "map " + std::to_string(i + 1)));
             warped.resize(frames_.used);
