@@ -27,8 +27,9 @@ int round_up(int rows, int to) { return (rows + to - 1) / to * to; }
 /// What a node reads of an input of `height` rows for these rows of its result.
 Rows read_rows(const Graph& graph, const Node& node, Rows rows, int height) {
     if (const auto* convolution = std::get_if<graph::Convolution>(&node.op)) {
-        const int reach = graph.parameters[convolution->parameters].kernel / 2;
-        rows = {rows.first - reach, rows.end + reach};
+        const graph::Parameters& parameters = graph.parameters[convolution->parameters];
+        const int reach = parameters.kernel / 2;
+        rows = {parameters.stride * rows.first - reach, parameters.stride * (rows.end - 1) + reach + 1};
     } else if (std::holds_alternative<graph::MaxPool>(node.op)) {
         rows = {2 * rows.first, 2 * rows.end};
     } else if (const auto* upsample = std::get_if<graph::Upsample>(&node.op)) {
