@@ -141,7 +141,7 @@ TEST_SUITE("small") {
 TEST_CASE("maps that are warped once a frame, the oldest first, need no memory beside their own") {
     Graph graph;
     const Value color = graph.input(Resource::color, {8, 6}), motion = graph.input(Resource::motion, {8, 6});
-    const Value vectors = graph.upsample_motion(motion, 2);
+    const Value vectors = graph.upsample_motion(motion, 2, "motion");
     const Value next = graph.zero_upsample(layer(graph, color, 4), 2);
     std::vector<Value> maps, warped(3);
     for (int i = 0; i < 3; ++i) maps.push_back(graph.previous(graph.shape(next), "map"));

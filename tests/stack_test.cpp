@@ -4,7 +4,7 @@
 #include <string>
 
 #include "clarus/error.h"
-#include "golden_harness.h"
+#include "golden.h"
 #include "model_file.h"
 #include "temporary_folder.h"
 #include "test_device.h"
@@ -37,13 +37,13 @@ TEST_CASE("stacks of layers agree with PyTorch" * doctest::test_suite("golden"))
     for (const char* name : {"stack_espcn_x2", "stack_espcn_rgb_x3", "stack_fsrcnn_x3", "stack_esr_max_x2",
                              "stack_esr_tm_x2", "stack_esr_tr_x3", "stack_all_x2", "stack_1x1"}) {
         CAPTURE(name);
-        const GoldenRun result = run(Golden(name));
+        const Run result = run(Golden(name));
         for (const double difference : result.differences) CHECK(difference < kTolerance);
     }
 }
 
 TEST_CASE("a stack on the smallest image agrees with PyTorch" * doctest::test_suite("small")) {
-    const GoldenRun result = run(Golden("stack_1x1"));
+    const Run result = run(Golden("stack_1x1"));
     for (const double difference : result.differences) CHECK(difference < kTolerance);
 }
 
@@ -60,7 +60,7 @@ TEST_CASE("a stack needs no depth or motion, and its 3x3 convolutions are the fa
     CHECK_FALSE(golden.model.needs_motion());
     UpscalerOptions options;
     options.profile = true;
-    GoldenRun result = run(golden, options, 1);
+    Run result = run(golden, options, 1);
     const DeviceProfile profile = test_device().profile();
     for (const StageProfile& stage : result.upscaler.take_profile())
         if (stage.name.starts_with("convolution") && profile.local_memory > (1u << 16))
