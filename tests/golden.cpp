@@ -65,7 +65,7 @@ double view_difference(const Upscaler& upscaler, const Golden& golden, const std
     const Upscaler::View view = upscaler.view(name);
     const std::vector<float> expected = golden.tensor(name);  // channel, row, column
     const size_t pixels = static_cast<size_t>(view.size.width) * view.size.height;
-    REQUIRE(expected.size() == view.pixels.size());
+    REQUIRE(expected.size() >= view.pixels.size());  // it may have channels that the view does not show
     std::vector<float> planes(view.pixels.size());
     for (size_t pixel = 0; pixel < pixels; ++pixel)
         for (int channel = 0; channel < view.channels; ++channel)

@@ -48,6 +48,12 @@ TEST_CASE("MNSS computes the same with all its views kept" * doctest::test_suite
     for (const double difference : run(golden, options).differences) CHECK(difference < kTolerance);
 }
 
+TEST_CASE("MNSS in bands agrees with the PyTorch network" * doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.band_rows = 8;
+    for (const double difference : run(Golden("mnss_x3"), options).differences) CHECK(difference < kTolerance);
+}
+
 TEST_CASE("MNSS in half storage stays near" * doctest::test_suite("golden")) {
     UpscalerOptions options;
     options.precision = Precision::fp16;

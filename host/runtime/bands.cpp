@@ -70,6 +70,7 @@ class Planner {
         int tallest = 0;
         for (Value value = first_; value <= last_; ++value)
             if (is_stage(value)) tallest = std::max(tallest, graph_.shape(value).height);
+        rows = round_up(std::min(rows, tallest), granule_);
         std::vector<int> rings(plan_.memories.size());
         for (int end = rows; end - rows < tallest; end += rows) {
             const std::vector<int> wanted = wanted_rows(static_cast<double>(end) / tallest);
@@ -193,8 +194,7 @@ std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule) {
         Value last = first;
         while (last + 1 < end && is_part(last + 1)) ++last;
         Planner planner(plan, first, last, granule);
-        if (rows > 0 || planner.inner_bytes() > kLarge)
-            result.push_back(planner.run(round_up(rows > 0 ? rows : kRows, granule)));
+        if (rows > 0 || planner.inner_bytes() > kLarge) result.push_back(planner.run(rows > 0 ? rows : kRows));
         first = last;
     }
     return result;

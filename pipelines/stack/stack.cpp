@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <initializer_list>
 #include <numeric>
 #include <string>
@@ -25,7 +26,8 @@ using graph::Shift;
 using graph::Value;
 using io::JsonNode;
 
-constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8;
+constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8,
+              kLargestGrowth = kLargestScale * kMostShrunk;
 
 int ceil_divide(int value, int by) { return (value + by - 1) / by; }
 
@@ -116,7 +118,7 @@ class Builder {
             const bool relu_follows =
                 i + 1 < layers.size() && layers[i + 1]["type"].text() == "relu" && !layers[i + 1].find("channels");
             // A rectifier after a convolution is a part of it.
-            if (add(layers[i], relu_follows)) ++i;
+            if (add(layers[i], relu_follows)) expect_keys(layers[++i], {});
         }
         finish();
         return std::move(graph_);
@@ -220,6 +222,9 @@ class Builder {
 
     void grow(int scale, Value image) {
         grown_ *= scale;
+        if (grown_ > kLargestGrowth)
+            fail(ErrorKind::file, "{}: layers make the image more than {} times as large", where_.string(),
+                 kLargestGrowth);
         flow_.replace(scale > 1 ? graph_.depth_to_space(image, scale) : image);
     }
 
@@ -240,6 +245,8 @@ class Builder {
         const io::Tensor& slopes = model_.require(tensor, std::array<int64_t, 1>{-1});
         if (slopes.shape[0] != 1) model_.require(tensor, std::array<int64_t, 1>{channels});
         std::vector<float> values = slopes.floats();
+        if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
+            fail(ErrorKind::file, "{}: tensor {} holds a value that is not finite", model_.path().string(), tensor);
         values.resize(channels, values.front());
         flow_.replace(graph_.prelu(flow_.whole(), std::move(values), name("prelu")));
     }
