@@ -16,7 +16,7 @@ inline float readable(float v) { return v > 0 ? (is_finite(v) ? v : 65504.0f) : 
 
 // Four pixels of four components, the last of each 0.
 inline float16 display_values(float16 scene, float exposure) {
-    const float16 exposed = min(scene * exposure, 1e37f);  // so that the gain is no denormal
+    const float16 exposed = min(scene * exposure, FLT_MAX);
     const float4 gain = 1 / (1 + max(exposed.s048c, max(exposed.s159d, exposed.s26ae)));
     const float16 v = exposed * (float16)(gain.xxxx, gain.yyyy, gain.zzzz, gain.wwww);
     // The sRGB transfer function.
