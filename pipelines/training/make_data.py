@@ -49,10 +49,11 @@ def main():
     parser.add_argument("--scale", default="2")
     parser.add_argument("--size", help="WxH in place of the manifest's render sizes")
     parser.add_argument("--jitter", help="in place of the manifest's")
+    parser.add_argument("--first", type=int, metavar="N", help="so many sequences from the list's start, in place of all")
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
     arguments = parser.parse_args()
     os.makedirs(arguments.directory, exist_ok=True)
-    entries = manifest.read(arguments.manifest)
+    entries = manifest.read(arguments.manifest)[: arguments.first]
     if arguments.only:
         entries = [entry for entry in entries if entry.name in arguments.only]
     start = time.monotonic()
