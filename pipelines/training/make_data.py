@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders the sequences of manifests: make_data.py CLARUS MANIFEST DIRECTORY [--scale S] [--size WxH].
+"""Renders the sequences of manifests: make_data.py CLARUS MANIFEST DIRECTORY [--scale S] [--size WxH] [--jitter J].
 
 Sequence NAME becomes DIRECTORY/NAME. What is there already is left alone, so that an interrupted run continues; several
 runs may work on one folder, on machines that share it too, and each takes what no other has begun.
@@ -48,16 +48,17 @@ def main():
     parser.add_argument("directory")
     parser.add_argument("--scale", default="2")
     parser.add_argument("--size", help="WxH in place of the manifest's render sizes")
+    parser.add_argument("--jitter", help="in place of the manifest's")
+    parser.add_argument("--first", type=int, metavar="N", help="so many sequences from the list's start, in place of all")
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
     arguments = parser.parse_args()
     os.makedirs(arguments.directory, exist_ok=True)
-    entries = manifest.read(arguments.manifest)
+    entries = manifest.read(arguments.manifest)[: arguments.first]
     if arguments.only:
         entries = [entry for entry in entries if entry.name in arguments.only]
     start = time.monotonic()
     for i, entry in enumerate(entries):
-        if arguments.size:
-            entry = entry._replace(size=arguments.size)
+        entry = entry._replace(size=arguments.size or entry.size, jitter=arguments.jitter or entry.jitter)
         rendered = render(arguments.clarus, entry, arguments.scale, arguments.directory)
         seconds = time.monotonic() - start
         print(f"{i + 1}/{len(entries)} {entry.name}{'' if rendered else ': left alone'} ({seconds:.0f} s)", flush=True)

@@ -23,6 +23,7 @@ class Entry(NamedTuple):
     frames: int = 24
     size: str = "320x180"
     jitter: str = "halton:16"
+    samples: int = 1
     reference_samples: int = 16
     hdr: bool = False
     thin: bool = False
@@ -38,7 +39,7 @@ class Entry(NamedTuple):
     def render_command(self, clarus, scale, output):
         command = [clarus, "render", "--scene", self.scene, "--path", self.path, "--size", self.size, "--scale", scale]
         command += ["--frames", self.frames, "--first-frame", self.first_frame, "--jitter", self.jitter]
-        command += ["--reference-samples", self.reference_samples]
+        command += ["--samples", self.samples, "--reference-samples", self.reference_samples]
         command += ["--hdr"] if self.hdr else []
         return [str(word) for word in command + ["--output", output, "--force"]]
 
