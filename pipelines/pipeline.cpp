@@ -4,11 +4,8 @@ namespace clarus::pipelines {
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
-        {"enss", 2, 4, true, build_enss},
-        {"mnss", 2, 3, true, build_mnss},
-        {"srpo", 1, 8, false, build_srpo},
-        {"stack", 1, 8, false, build_stack},
-        {"nsrr", 2, 6, true, build_nsrr},
+        {"enss", 2, 4, true, build_enss},    {"mnss", 2, 3, true, build_mnss}, {"srpo", 1, 8, false, build_srpo},
+        {"stack", 1, 8, false, build_stack}, {"nsrr", 2, 6, true, build_nsrr},
     };
     return all;
 }
