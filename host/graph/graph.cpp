@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/rounding.h"
+
 namespace clarus::graph {
 namespace {
 
@@ -12,8 +14,6 @@ namespace {
 void expect(bool holds, const char* what) {
     if (!holds) throw std::logic_error(what);
 }
-
-int ceil_divide(int value, int by) { return (value + by - 1) / by; }
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "base/rounding.h"
 #include "runtime/implementation.h"
 
 namespace clarus::runtime {
@@ -21,8 +22,6 @@ constexpr int kRows = 32;
 struct Rows {
     int first, end;
 };
-
-int round_up(int rows, int to) { return (rows + to - 1) / to * to; }
 
 /// What a node reads of an input of `height` rows for these rows of its result.
 Rows read_rows(const Graph& graph, const Node& node, Rows rows, int height) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/rounding.h"
 
 namespace clarus::runtime {
 namespace {
@@ -21,8 +22,6 @@ using graph::Value;
 constexpr int kCellAlignment = 4;
 // Vector loads may run over a memory's last element by less than this many elements (kernels/common.clh).
 constexpr int kSlack = 64;
-
-int round_up(int value, int to) { return (value + to - 1) / to * to; }
 
 template <typename Op>
 bool is(const Node& node) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/rounding.h"
 #include "io/json_reader.h"
 #include "pipelines/pipeline.h"
 
@@ -28,8 +29,6 @@ using io::JsonNode;
 
 constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8,
               kLargestGrowth = kLargestScale * kMostShrunk;
-
-int ceil_divide(int value, int by) { return (value + by - 1) / by; }
 
 /// What flows from layer to layer: an image, of which consecutive channels may be values of their own.
 class Flow {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "base/rounding.h"
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -10,7 +11,6 @@ namespace {
 
 constexpr int kBlock = 16;  // output channels that are computed as one vector
 
-int ceil_divide(int value, int by) { return (value + by - 1) / by; }
 int blocks_of(const Problem& problem) { return ceil_divide(problem.parameters->out_channels, kBlock); }
 
 Lowered lower(const Problem& problem, const Choices& choices, std::string file, std::array<size_t, 2> global) {

@@ -53,8 +53,7 @@ std::vector<Choices> strip_choices(const Problem& problem, const DeviceProfile& 
 }
 
 std::array<size_t, 2> strips(const TensorLayout& layout, const Choices& choices) {
-    const int strip = choices.at("STRIP");
-    return {static_cast<size_t>((layout.width + strip - 1) / strip), static_cast<size_t>(layout.height)};
+    return strips(layout, choices.at("STRIP"), 1);
 }
 
 std::array<size_t, 2> group_size(const Choices& choices) {

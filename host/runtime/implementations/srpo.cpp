@@ -19,8 +19,7 @@ Lowered lower_mask(const Problem& problem, const Choices& choices) {
     call.options = fmt::format("{} -DOFFSET_MASK -DPIXELS={} -DROWS={}",
                                image_options({{"OFFSETS", problem.inputs[0]}, {"OUT", problem.output}}), strip, rows);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
-    call.global = {static_cast<size_t>((problem.output.width + strip - 1) / strip),
-                   static_cast<size_t>((problem.output.height + rows - 1) / rows)};
+    call.global = strips(problem.output, strip, rows);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
