@@ -25,7 +25,8 @@ def frames(number, height=6, width=9, batch=2, still=False):
 
 
 def networks(scale=2):
-    return {
+    """All of them, not as they start but with noise in their weights."""
+    every = {
         "enss": enss.create(scale, 8, 1, 16),
         "nsrr": nsrr.create(scale=scale, previous_frames=2, width=4),
         "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
@@ -33,6 +34,10 @@ def networks(scale=2):
         "srpo": srpo.create(scale),
         "espcn": espcn.create(scale, (4, 6)),
     }
+    for name in ("nsrr", "nsrr alone"):
+        for parameter in every[name].parameters():
+            parameter.add_(0.05 * torch.randn_like(parameter))
+    return every
 
 
 class Networks(unittest.TestCase):
@@ -176,6 +181,16 @@ class Networks(unittest.TestCase):
         self.assertLess((state[0] - maps[2]).abs().max().item(), 1e-6)
         once = operators.warp(maps[1], motions[2], "zero", 0)
         self.assertLess((state[1] - once).abs().max().item(), 1e-5)
+
+    def test_nsrr_starts_near_the_upsampled_colour(self):
+        x, y = torch.meshgrid(torch.linspace(0, 1, 24), torch.linspace(0, 1, 16), indexing="xy")
+        color = torch.stack((x, y, 1 - x)).expand(2, -1, -1, -1)
+        for scale in (2, 4):
+            for colors in ("rgb", "ycbcr"):
+                network = nsrr.create(scale=scale, previous_frames=2, width=4, network_color=colors)
+                frame = frames(1, 16, 24)[0]._replace(color=color)
+                output, _ = network.step(frame)
+                self.assertLess((output - operators.upsample(color, scale)).abs().mean().item(), 0.05)
 
     def test_nsrr_pads_by_replication(self):
         unet = nsrr.UNet(3, 4)
