@@ -7,14 +7,13 @@ both morphologically antialiased, for upscalers that want such input. The same c
 """
 
 import argparse
-import json
 import os
 import shutil
-import subprocess
-import tempfile
 
 import numpy as np
 import OpenImageIO as oiio
+
+from clarus_training import single_images
 
 CURVE_STEPS = 24
 
@@ -96,27 +95,6 @@ def write_image(path, pixels):
     output.close()
 
 
-def write_sequence(folder, names, size, scale, reference=True):
-    frames = [{"color": f"color/{name}.png", "jitter": [0, 0], "reset": True} for name in names]
-    if reference:
-        for name, frame in zip(names, frames):
-            frame["reference"] = f"reference/{name}.png"
-    with open(os.path.join(folder, "sequence.json"), "w") as file:
-        facts = {"version": 1, "render_size": size, "scale": scale, "color_space": "srgb", "frames": frames}
-        json.dump(facts, file, indent=1)
-
-
-def antialias(clarus, images, names, size):
-    """Replaces a folder's images by what morphological antialiasing makes of them."""
-    with tempfile.TemporaryDirectory(dir=os.path.dirname(images)) as work:
-        shutil.move(images, os.path.join(work, "color"))
-        write_sequence(work, names, size, 1, reference=False)
-        command = [clarus, "upscale", work, "--model", "nearest", "--scale", "1", "--antialias", "mlaa", "--output", images]
-        result = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        if result.returncode:
-            raise SystemExit(f"{' '.join(command)}: {result.stderr.strip()}")
-
-
 def main():
     parser = argparse.ArgumentParser(description="Draw random geometric shapes for SRPO's training.")
     parser.add_argument("directory")
@@ -137,8 +115,10 @@ def main():
             pixels = picture((arguments.seed, i), edge, edge, arguments.shapes)
             write_image(os.path.join(part, kind, f"{name}.png"), pixels)
         if arguments.antialias:
-            antialias(arguments.antialias, os.path.join(part, kind), names, [edge, edge])
-    write_sequence(part, names, [size, size], scale)
+            folder = os.path.join(part, kind)
+            single_images.antialias(arguments.antialias, [os.path.join(folder, f"{name}.png") for name in names], folder)
+    pairs = [{"color": f"color/{name}.png", "reference": f"reference/{name}.png"} for name in names]
+    single_images.write_sequence(part, pairs, [size, size], scale)
     os.rename(part, arguments.directory)
 
 
