@@ -16,12 +16,13 @@ import time
 
 import torch
 
-from . import dataset, enss, enss_growth, export, validation
+from . import dataset, enss, enss_growth, export, nsrr_growth, validation
 from .losses import LOSSES
 from .pipelines import PIPELINES
 from .sequence import find
 
 LONGEST_STEP = 10  # seconds
+GROWTH = {"enss": enss_growth.grow, "nsrr": nsrr_growth.grow}
 
 
 def parse():
@@ -38,7 +39,7 @@ def parse():
     budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
     parser.add_argument("--start", help="a checkpoint whose weights to start from")
-    parser.add_argument("--grow", help="enss: a checkpoint of a smaller network, or of another scale, to start from")
+    parser.add_argument("--grow", help="enss, nsrr: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
@@ -136,7 +137,7 @@ class Training:
         self.average = Average(self.network, self.arguments.ema)
 
     def grow_from(self, path):
-        enss_growth.grow(self.network, export.load_checkpoint(path).to(self.arguments.device))
+        GROWTH[self.arguments.pipeline](self.network, export.load_checkpoint(path).to(self.arguments.device))
         self.average = Average(self.network, self.arguments.ema)
 
     @property
@@ -208,7 +209,7 @@ def told_to_end():
 
 def main():
     arguments = parse()
-    if arguments.grow and arguments.pipeline != "enss":
+    if arguments.grow and arguments.pipeline not in GROWTH:
         raise SystemExit(f"--grow: {arguments.pipeline} has no smaller network to grow from; --start takes its own")
     if arguments.threads:
         torch.set_num_threads(arguments.threads)

@@ -7,7 +7,7 @@ import unittest
 
 import torch
 
-from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, operators, srpo, stack
+from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, nsrr_growth, operators, srpo, stack
 from clarus_training.frame import Frame
 
 
@@ -191,6 +191,21 @@ class Networks(unittest.TestCase):
                 frame = frames(1, 16, 24)[0]._replace(color=color)
                 output, _ = network.step(frame)
                 self.assertLess((output - operators.upsample(color, scale)).abs().mean().item(), 0.05)
+
+    def test_a_grown_nsrr_computes_the_same(self):
+        small = networks()["nsrr"]
+        large = nsrr.create(scale=2, previous_frames=2, width=7)
+        nsrr_growth.grow(large, small)
+        state = other = None
+        for frame in frames(3, 8, 12):
+            output, state = small.step(frame, state)
+            same, other = large.step(frame, other)
+            self.assertGreater(output.std().item(), 1e-3)
+            self.assertLess((same - output).abs().max().item(), 1e-5)
+        # What is new is there to be learned with.
+        self.assertGreater(large.unet.enc1[0].weight[4 * 2 :].abs().max().item(), 0)
+        with self.assertRaises(SystemExit):
+            nsrr_growth.grow(nsrr.create(scale=2, previous_frames=3, width=7), small)
 
     def test_nsrr_pads_by_replication(self):
         unet = nsrr.UNet(3, 4)
