@@ -10,6 +10,7 @@ from .layers import convolutions, plain_model_tensors
 SIZES = {"full": 32, "fast": 16}  # name: width of the U-Net's outermost layers
 FEATURES = (32, 32, 8)
 REWEIGHTING = 32
+ABLATIONS = ("features", "reweighting")  # table 10: features are 0, weights are 1
 CLIPS = [5]
 RATE = 1e-4
 
@@ -45,14 +46,14 @@ def through(layers, x):
 
 
 class Nsrr(nn.Module):
-    """The network. Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most."""
+    """The network, without what `without` names of ABLATIONS. Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most."""
 
     pipeline = "nsrr"
     used = None
 
-    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr"):
+    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr", without=()):
         super().__init__()
-        self.scale, self.previous_frames, self.network_color = scale, previous_frames, network_color
+        self.scale, self.previous_frames, self.network_color, self.without = scale, previous_frames, network_color, without
         n, channels = previous_frames, 4 + FEATURES[-1]
         self.features_current = convolutions(4, *FEATURES)
         if n:
@@ -65,7 +66,8 @@ class Nsrr(nn.Module):
         color, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("color", "depth"))
         z = torch.cat((operators.ycbcr(color) if self.network_color == "ycbcr" else color, depth), dim=1)
         sets = [self.features_current] + ([self.features_previous] if self.previous_frames else [])
-        maps = [torch.cat((z, through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
+        share = 0 if "features" in self.without else 1
+        maps = [torch.cat((z, share * through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
         return list(zip(*maps))
 
     def maps(self, frame, state=None, ahead=None):
@@ -92,6 +94,8 @@ class Nsrr(nn.Module):
             first, second, last = self.reweight
             r = torch.cat([image[:, :4] for image in (current, *history)], dim=1)
             weights = 5 * (torch.tanh(last(F.relu(second(F.relu(first(r)))))) + 1)
+            if "reweighting" in self.without:
+                weights = torch.ones_like(weights)
             weighted = [weights[:, i : i + 1] * image for i, image in enumerate(history)]
             if inside is not None and used:
                 inside["weights"], inside["warped"] = weights[:, :used], torch.cat(history[:used], dim=1)
@@ -114,6 +118,7 @@ def shape(arguments):
         previous_frames=arguments.previous_frames,
         width=SIZES[arguments.size],
         network_color=arguments.network_color,
+        without=tuple(arguments.without),
     )
 
 

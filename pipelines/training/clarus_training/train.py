@@ -16,9 +16,9 @@ import time
 
 import torch
 
-from . import dataset, enss, enss_growth, export, nsrr_growth, validation
+from . import dataset, enss_growth, export, nsrr_growth, validation
 from .losses import LOSSES
-from .pipelines import PIPELINES
+from .pipelines import ABLATIONS, PIPELINES
 from .sequence import find
 
 LONGEST_STEP = 10  # seconds
@@ -45,7 +45,8 @@ def parse():
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
     parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
-    parser.add_argument("--without", nargs="+", choices=enss.ABLATIONS, default=[], help="enss: leave this out")
+    without = "leave this out: " + "; ".join(f"{name}: {', '.join(each)}" for name, each in ABLATIONS.items())
+    parser.add_argument("--without", nargs="+", choices=sum(ABLATIONS.values(), ()), default=[], help=without)
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -211,6 +212,8 @@ def main():
     arguments = parse()
     if arguments.grow and arguments.pipeline not in GROWTH:
         raise SystemExit(f"--grow: {arguments.pipeline} has no smaller network to grow from; --start takes its own")
+    for name in set(arguments.without).difference(ABLATIONS.get(arguments.pipeline, ())):
+        raise SystemExit(f"--without {name}: not of {arguments.pipeline}")
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
     torch.set_flush_denormal(True)  # moments of weights that have stopped moving would slow the optimiser down

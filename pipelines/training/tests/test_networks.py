@@ -121,6 +121,22 @@ class Networks(unittest.TestCase):
         output, _ = network.step(clip[0], inside=inside)
         self.assertTrue(torch.equal(output, inside["candidate"].clamp(0, 1)))
 
+        network = networks()["mnss"]
+        alone = torch.stack([network.step(each)[0] for each in clip])
+        self.assertTrue(torch.equal(outputs(clip, "history"), alone))
+        _, (kept, _) = network.step(clip[0])
+        network.without = ("recurrence",)
+        self.assertTrue(torch.equal(network.step(clip[0])[1][0], operators.upsample(clip[0].color, 2, clip[0].jitter)))
+        self.assertGreater((kept - network.step(clip[0])[1][0]).abs().max().item(), 1e-3)
+
+        network = networks()["nsrr"]
+        for name in nsrr.ABLATIONS:
+            self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-4, name)
+        inside = {}
+        network.without = nsrr.ABLATIONS
+        network.step(clip[1], network.step(clip[0])[1], inside=inside)
+        self.assertEqual((inside["features"].abs().max().item(), inside["weights"].std().item()), (0, 0))
+
     def test_a_file_holds_the_network(self):
         clip = frames(3)
         with tempfile.TemporaryDirectory() as folder:
