@@ -1,5 +1,7 @@
 """Losses of outputs and references [..., 3, H, W]."""
 
+import functools
+
 import torch
 import torch.nn.functional as F
 
@@ -15,13 +17,16 @@ l1 = F.l1_loss
 l2 = F.mse_loss
 
 
-def l1_steady(output, reference):
-    """L1 of consecutive frames [T, …], and as much again for every change where the reference has none.
+def l1_steady(output, reference, weight=1):
+    """L1 of consecutive frames [T, …], and as much again, times `weight`, for every change where the reference has none.
 
     Flicker of a picture that stands still is small against its error, and so hardly counts in L1 alone.
     """
     still = (reference[1:] == reference[:-1]).all(dim=-3, keepdim=True)
-    return l1(output, reference) + ((output[1:] - output[:-1]).abs() * still).sum() / output.numel()
+    return l1(output, reference) + weight * ((output[1:] - output[:-1]).abs() * still).sum() / output.numel()
+
+
+l1_steadier = functools.partial(l1_steady, weight=4)
 
 
 def l1_l2(output, reference):
@@ -59,4 +64,4 @@ def ssim_l1(output, reference):
     return ssim(output, reference) + l1(output, reference)
 
 
-LOSSES = {"l1": l1, "l2": l2, "l1-steady": l1_steady, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}
+LOSSES = {"l1": l1, "l2": l2, "l1-steady": l1_steady, "l1-steadier": l1_steadier, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}

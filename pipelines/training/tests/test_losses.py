@@ -36,6 +36,7 @@ class Losses(unittest.TestCase):
         changes = sum((output[t, 0] - output[t - 1, 0]).abs().sum() for t in range(1, 4)) / output.numel()
         wanted = (output - reference).abs().mean() + changes
         torch.testing.assert_close(losses.l1_steady(output, reference), wanted)
+        torch.testing.assert_close(losses.l1_steadier(output, reference), wanted + 3 * changes)
         torch.testing.assert_close(losses.l1_steady(output[:1], reference[:1]), losses.l1(output[:1], reference[:1]))
 
     def test_ssim(self):
