@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@
 #include "io/image.h"
 #include "io/sequence.h"
 #include "metrics/display.h"
+#include "metrics/if_ssim.h"
+#include "metrics/pixel_std.h"
 #include "metrics/quality.h"
 #include "model_file.h"
 #include "temporary_folder.h"
@@ -393,6 +396,144 @@ TEST_CASE("compare prints the metrics of the files") {
         REQUIRE(figures["frames"].size() == frame_count);
         CHECK(figures["frames"][2]["ssim"].get<double>() == doctest::Approx(*expected[2].ssim).epsilon(1e-9));
     }
+}
+
+TEST_CASE("compare prints one table of several results") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::string sequence = place.sequence().string(), one = place.output().string();
+    const std::string other = (place / "with, comma").string(), best = (place.sequence() / "reference").string();
+    fs::copy(one, other);
+    fs::copy_file(fs::path(best) / "0001.png", fs::path(other) / "0001.png", fs::copy_options::overwrite_existing);
+
+    std::vector<json> singly;
+    for (const std::string& folder : {one, other, best})
+        singly.push_back(json::parse(run_tool({"compare", folder, sequence, "--json"}).out));
+    const Outcome all = run_tool({"compare", one, other, best, sequence, "--json"});
+    CHECK_MESSAGE(json::parse(all.out) == json(singly), all.out);
+    CHECK(singly[1]["result"] == other);
+    CHECK(singly[1]["psnr"] > singly[0]["psnr"]);
+
+    const Outcome table = run_tool({"compare", one, other, best, sequence});
+    REQUIRE(table.exit_code == 0);
+    std::vector<std::string> lines;
+    for (std::istringstream text(table.out); std::getline(text, lines.emplace_back());) {
+    }
+    REQUIRE(lines.size() == 5);  // with an empty one
+    for (size_t i = 0; i < 3; ++i) {
+        const json& row = singly[i];
+        CHECK(lines[i + 1].starts_with(row["result"].get<std::string>()));
+        CHECK(lines[i + 1].ends_with(fmt::format("  {:9.2f}  {:16.2f}  {:.4f}", row["psnr"].get<double>(),
+                                                 row["pooled_psnr"].get<double>(), row["ssim"].get<double>())));
+        CHECK(lines[i + 1].size() == lines[0].size());
+    }
+    CHECK_FALSE(contains(table.out, "\033"));  // no terminal
+    CHECK_FALSE(contains(table.out, "IF-SSIM"));
+    CHECK_FALSE(contains(table.out, "pixel std"));
+
+    const Outcome csv = run_tool({"compare", other, sequence, "--csv"});
+    const json& row = singly[1];
+    CHECK(csv.out == fmt::format("result,psnr,pooled_psnr,ssim,if_ssim,pixel_std,flip\r\n\"{}\",{},{},{},,,\r\n", other,
+                                 row["psnr"].get<double>(), row["pooled_psnr"].get<double>(),
+                                 row["ssim"].get<double>()));
+    CHECK(run_tool({"compare", one, sequence, "--csv", "--json"}).exit_code == 2);
+    CHECK(run_tool({"compare", one}).exit_code == 2);
+}
+
+TEST_CASE("compare measures stability where the sequence has what that needs") {
+    const Workplace place;
+    // Three frames that show one thing, the last of them after a cut, and one that shows another, a render pixel away.
+    json description = place.description();
+    for (const char* folder : {"reference_depth", "reference_motion"})
+        fs::create_directories(place.sequence() / folder);
+    for (int i = 0; i < frame_count; ++i) {
+        json& frame = description["frames"][i];
+        const std::string file = fmt::format("{:04}.exr", i);
+        frame["reset"] = i == 2;
+        frame["reference_depth"] = "reference_depth/" + file;
+        frame["reference_motion"] = "reference_motion/" + file;
+        if (i < 3) frame["reference"] = "reference/0000.png";
+        io::Pixels depth = noise(output_size, 1, 0.3f, 0.3f, 0), motion = noise(output_size, 2, 0, 0, 0);
+        for (size_t k = 0; i == 3 && k < motion.values.size(); k += 2) motion.values[k] = -1.0f / render_size.width;
+        io::write_image(place.sequence() / "reference_depth" / file, depth, io::SampleType::f32);
+        io::write_image(place.sequence() / "reference_motion" / file, motion, io::SampleType::f32);
+    }
+    description["motion"]["unit"] = "uv";
+    place.describe(description);
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+
+    std::vector<io::Pixels> results, references;
+    for (int i = 0; i < frame_count; ++i) {
+        const auto read = [](const fs::path& file) {
+            return metrics::display_values(io::read_image(file), ColorSpace::srgb);
+        };
+        results.push_back(read(place.output() / fmt::format("{:04}.png", i)));
+        references.push_back(read(place.sequence() / "reference" / (i < 3 ? "0000.png" : "0003.png")));
+    }
+    metrics::PixelStd spread;
+    for (int i = 0; i < frame_count; ++i) spread.add(results[i], i == 1 || i == 2);
+
+    const Outcome outcome = run_tool({"compare", place.output().string(), place.sequence().string(), "--json"});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const json figures = json::parse(outcome.out);
+    CHECK(figures["pixel_std"].get<double>() == doctest::Approx(*spread.mean()).epsilon(1e-9));
+    double sum = 0;
+    for (int i = 0; i < frame_count; ++i) {
+        const json& frame = figures["frames"][i];
+        REQUIRE(frame.contains("if_ssim") == (i == 1 || i == 3));
+        if (!frame.contains("if_ssim")) continue;
+        io::GroundTruth truth{noise(output_size, 1, 0.3f, 0.3f, 0), noise(output_size, 2, 0, 0, 0)};
+        for (size_t k = 0; i == 3 && k < truth.motion.values.size(); k += 2) truth.motion.values[k] = -2;
+        const metrics::InterFrame inter_frame(references[i - 1], truth.depth, references[i], truth);
+        const double expected = *inter_frame.ssim(results[i - 1], results[i]);
+        CHECK(frame["if_ssim"].get<double>() == doctest::Approx(expected).epsilon(1e-9));
+        sum += expected;
+    }
+    CHECK(figures["if_ssim"].get<double>() == doctest::Approx(sum / 2).epsilon(1e-9));
+    CHECK(contains(run_tool({"compare", place.output().string(), place.sequence().string()}).out,
+                   fmt::format(", IF-SSIM {:.4f}, pixel std {:.2f} over 4 frames", sum / 2, *spread.mean())));
+}
+
+TEST_CASE("compare takes FLIP from a python3 that has it") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::string> command{"compare", place.output().string(), place.sequence().string(), "--flip",
+                                           "--json"};
+    // A stand-in of the package's interface, which gives the largest difference.
+    place.write("flip_evaluator.py",
+                "def evaluate(reference, test, dynamicRangeString, inputsRGB=True, applyMagma=True,\n"
+                "             computeMeanError=True, parameters={}):\n"
+                "    assert dynamicRangeString == 'LDR' and reference.flags.writeable\n"
+                "    return None, abs(reference - test).max(), {}\n");
+    fs::create_directories(place / "bin");
+    place.write("bin/python3", "#!/bin/sh\necho \"No module named 'flip_evaluator'\"\n");
+    fs::permissions(place / "bin/python3", fs::perms::owner_all);
+    const Outcome missing = run_tool_after("PATH=" + (place / "bin").string(), command);
+    CHECK(missing.exit_code == 1);
+    CHECK_MESSAGE(contains(missing.err, "No module named 'flip_evaluator'"), missing.err);
+    CHECK(contains(missing.err, "pip install flip-evaluator"));
+    place.write("bin/python3", "#!/bin/sh\necho ready\n");
+    CHECK(contains(run_tool_after("PATH=" + (place / "bin").string(), command).err, "ended without a figure"));
+
+    const std::string debian = "PATH=/usr/bin:/bin ";
+    if (std::system((debian + "python3 -c 'import numpy' 2>/dev/null").c_str()) != 0) {
+        MESSAGE("no NumPy: not tried");
+        return;
+    }
+    const Outcome outcome = run_tool_after(debian + "PYTHONPATH=" + (place / "").string(), command);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const json figures = json::parse(outcome.out);
+    double sum = 0;
+    for (int i = 0; i < frame_count; ++i) {
+        const io::Pixels result = io::read_image(place.output() / fmt::format("{:04}.png", i));
+        const io::Pixels reference = io::read_image(place.sequence() / "reference" / fmt::format("{:04}.png", i));
+        float largest = 0;
+        for (size_t k = 0; k < result.values.size(); ++k)
+            largest = std::max(largest, std::abs(result.values[k] - reference.values[k]));
+        CHECK(figures["frames"][i]["flip"].get<double>() == doctest::Approx(largest));
+        sum += largest;
+    }
+    CHECK(figures["flip"].get<double>() == doctest::Approx(sum / frame_count));
 }
 
 TEST_CASE("compare names what it cannot compare") {

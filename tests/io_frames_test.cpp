@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "clarus/error.h"
 #include "io/frames.h"
@@ -177,4 +179,43 @@ TEST_CASE("an image that fails is an error at its frame, and the end") {
     CHECK(reader.next()->index == 1);
     CHECK_THROWS_WITH_AS(reader.next(), Contains("motion/0002.exr: No such file"), Error);
     CHECK_FALSE(reader.next());
+}
+
+TEST_CASE("ground truth is canonical depth, and motion in output pixels") {
+    Recording recording;
+    recording.sequence.motion = {.unit = MotionUnit::uv, .from_previous = true, .y_up = true};
+    recording.sequence.depth = {.projective = true, .reversed = true};
+    FrameFiles& frame = recording.sequence.frames[1];
+    frame.near_plane = 0.5f;
+    frame.far_plane = 2;
+    CHECK_FALSE(read_ground_truth(recording.sequence, 1));
+    Pixels depth = constant(output_size, 1, 0.2f), motion = constant(output_size, 2, 0.25f);
+    depth.values[1] = std::numeric_limits<float>::quiet_NaN();
+    depth.values[2] = -1;
+    depth.values[3] = 2;
+    motion.values[3] = std::numeric_limits<float>::infinity();
+    motion.values[4] = 1.2f;  // of 8 pixels: longer than the diagonal of 8x4
+    write_image(frame.optional["reference_depth"] = recording.folder / "depth.exr", depth, SampleType::f32);
+    CHECK_FALSE(read_ground_truth(recording.sequence, 1));
+    write_image(frame.optional["reference_motion"] = recording.folder / "motion.exr", motion, SampleType::f32);
+
+    const GroundTruth truth = read_ground_truth(recording.sequence, 1).value();
+    // z = 0.5 · 2 / (0.5 + 0.2 · 1.5) = 1.25
+    CHECK(truth.depth.values[0] == doctest::Approx(0.625));
+    CHECK(truth.depth.values[1] == 1);
+    CHECK(truth.depth.values[2] == 1);
+    CHECK(truth.depth.values[3] == 0.25f);  // the near plane
+    CHECK(truth.motion.values[0] == -0.25f * 8 * 2);
+    CHECK(truth.motion.values[1] == 0.25f * 4 * 2);
+    for (const int i : {2, 3, 4, 5}) CHECK(std::isnan(truth.motion.values[i]));
+
+    frame.far_plane = std::numeric_limits<float>::infinity();
+    // z = 0.5 / 0.2; d = z / (10⁴ · 0.5)
+    CHECK(read_ground_truth(recording.sequence, 1)->depth.values[0] == doctest::Approx(1e-4 / 0.2));
+    CHECK(read_ground_truth(recording.sequence, 1)->depth.values[2] == 1);
+    recording.sequence.depth = {.projective = false, .reversed = true};
+    CHECK(read_ground_truth(recording.sequence, 1)->depth.values[0] == 0.8f);
+
+    write_image(frame.optional["reference_motion"], constant(render_size, 2, 0), SampleType::f32);
+    CHECK_THROWS_AS(read_ground_truth(recording.sequence, 1), Error);
 }

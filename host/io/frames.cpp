@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/decode.h"
 #include "io/qrisp.h"
 
 namespace clarus::io {
@@ -80,6 +81,24 @@ FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion,
     }
     if (want_reference) pixels.reference = read_checked(files.reference, reference_of(sequence));
     return pixels;
+}
+
+std::optional<GroundTruth> read_ground_truth(const Sequence& sequence, size_t index) {
+    const FrameFiles& files = sequence.frames.at(index);
+    const auto read = [&](const char* key) {
+        const auto file = files.optional.find(key);
+        return file == files.optional.end() ? Pixels{} : read_checked(file->second, optional_of(key, sequence));
+    };
+    GroundTruth truth{read("reference_depth"), read("reference_motion")};
+    if (truth.depth.values.empty() || truth.motion.values.empty()) return std::nullopt;
+    truth.depth = decode_depth(truth.depth, sequence, files);
+    truth.motion = decode_motion(truth.motion, sequence);
+    const auto [width, height] = sequence.output_size();
+    for (size_t i = 0; i + 1 < truth.motion.values.size(); i += 2) {
+        truth.motion.values[i] *= static_cast<float>(width) / sequence.render_size.width;
+        truth.motion.values[i + 1] *= static_cast<float>(height) / sequence.render_size.height;
+    }
+    return truth;
 }
 
 FrameReader::FrameReader(Sequence sequence, size_t first, size_t last, bool want_motion, bool want_reference,

@@ -26,6 +26,16 @@ struct FramePixels {
 /// Errors: file, naming the image that does not open or whose size or channels are not the sequence's.
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference);
 
+/// Where a frame's surfaces are and were, without jitter, at the centres of output pixels.
+struct GroundTruth {
+    Pixels depth;   // canonical, 0 nearest
+    Pixels motion;  // canonical, but in output pixels; NaN where invalid
+};
+
+/// A frame's `reference_depth` and `reference_motion` (formats.md); none where it does not name both. Errors: as
+/// read_frame.
+std::optional<GroundTruth> read_ground_truth(const Sequence& sequence, size_t index);
+
 /// Reads frames [first, last) in order on threads of its own, up to `ahead` of them before they are asked for.
 class FrameReader {
   public:

@@ -4,7 +4,7 @@ python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdo
 
 DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means
 over its frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std
-is the specification's, over each still segment, averaged over the segments; it is in 8-bit levels.
+is the specification's, in 8-bit levels, averaged over the static segments that `clarus compare` finds.
 """
 
 import argparse
@@ -14,10 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-import numpy as np
-
 from . import manifest
-from .sequence import read_pixels
 
 COLUMNS = {  # name: (heading, format)
     "frames": ("frames", "d"),
@@ -39,19 +36,11 @@ def run(command):
     return result.stdout
 
 
-def measure(clarus, sequence, model, options, stills):
-    """Per frame {psnr, ssim}, and the mean pixel std over still segments, each a range of frames; None without any."""
+def measure(clarus, sequence, model, options):
+    """What `clarus compare` has to say of a model: pixel_std, and frames, each with its psnr and ssim."""
     with tempfile.TemporaryDirectory() as output:
         run([clarus, "upscale", sequence, "--model", model, "--output", output, "--format", "exr", *options])
-        frames = json.loads(run([clarus, "compare", output, sequence, "--json"]))["frames"]
-        files = [os.path.join(output, f"{frame['name']}.exr") for frame in frames]
-        spreads = [pixel_std([read_pixels(file)[:, :, :3] for file in files[slice(*still)]]) for still in stills]
-    return frames, sum(spreads) / len(spreads) if spreads else None
-
-
-def pixel_std(images):
-    """The temporal standard deviation of every pixel and channel, times 255, averaged."""
-    return float(255 * np.stack(images).std(axis=0, dtype=np.float64).mean())
+        return json.loads(run([clarus, "compare", output, sequence, "--json"]))
 
 
 def mean(values):
@@ -105,13 +94,13 @@ def evaluate(clarus, entries, directory, models, options):
     """For every model the rows of all scenes and of their mean; and for every model and scene the frames' figures."""
     rows, details = {model: [] for model in models}, {model: {} for model in models}
     for entry in entries:
-        sequence, stills = os.path.join(directory, entry.name), entry.spans("still")
-        bicubic_frames, _ = measure(clarus, sequence, "bicubic", options, [])
+        sequence = os.path.join(directory, entry.name)
+        bicubic = measure(clarus, sequence, "bicubic", options)["frames"]
         for model in models:
-            model_frames, spread = measure(clarus, sequence, model, options, stills)
-            rows[model].append(figures_of(entry, model_frames, bicubic_frames, spread))
+            figures = measure(clarus, sequence, model, options)
+            rows[model].append(figures_of(entry, figures["frames"], bicubic, figures.get("pixel_std")))
             print(f"{model}, {entry.name}: {rows[model][-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
-            details[model][entry.name] = {"model": model_frames, "bicubic": bicubic_frames}
+            details[model][entry.name] = {"model": figures["frames"], "bicubic": bicubic}
     for model in models:
         rows[model].append(mean_row(rows[model]))
     return rows, details

@@ -1,0 +1,92 @@
+#include "metrics/flip.h"
+
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <charconv>
+#include <string_view>
+
+#include "base/error.h"
+#include "metrics/display.h"
+
+namespace clarus::metrics {
+namespace {
+
+// Takes pairs of images, each pair after its width and height; answers with a line a pair, after one of its own.
+constexpr const char* script = R"(
+import struct, sys
+try:
+    import flip_evaluator, numpy
+except ImportError as error:
+    sys.exit(print(error))
+print("ready", flush=True)
+def receive(width, height):
+    numbers = numpy.frombuffer(bytearray(sys.stdin.buffer.read(width * height * 12)), numpy.float32)
+    return numbers.reshape(height, width, 3)
+while header := sys.stdin.buffer.read(8):
+    size = struct.unpack("ii", header)
+    image, reference = receive(*size), receive(*size)
+    print(float(flip_evaluator.evaluate(reference, image, "LDR", applyMagma=False)[1]), flush=True)
+)";
+
+}  // namespace
+
+Flip::Flip() {
+    std::array<int, 2> ends;
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+        fail(ErrorKind::file, "cannot talk to python3: no socket");
+    socket_ = ends[0];
+    posix_spawn_file_actions_t streams;
+    posix_spawn_file_actions_init(&streams);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO}) posix_spawn_file_actions_adddup2(&streams, ends[1], stream);
+    const std::array<const char*, 4> arguments{"python3", "-c", script, nullptr};
+    const int error =
+        posix_spawnp(&python_, "python3", &streams, nullptr, const_cast<char* const*>(arguments.data()), environ);
+    posix_spawn_file_actions_destroy(&streams);
+    close(ends[1]);
+    const std::string answer = error == 0 ? receive_line() : "there is no python3";
+    if (answer == "ready") return;
+    close(socket_);
+    if (error == 0) waitpid(python_, nullptr, 0);
+    fail(ErrorKind::invalid_argument,
+         "FLIP needs NVIDIA's evaluator ({}); in a virtual environment: python3 -m venv flip && flip/bin/pip install "
+         "flip-evaluator numpy && PATH=$PWD/flip/bin:$PATH clarus compare --flip …",
+         answer.empty() ? "python3 ended" : answer);
+}
+
+Flip::~Flip() {
+    close(socket_);
+    waitpid(python_, nullptr, 0);
+}
+
+double Flip::mean(const io::Pixels& image, const io::Pixels& reference) {
+    require_comparable(image, reference);
+    const std::array<int32_t, 2> size{image.size.width, image.size.height};
+    send(size.data(), sizeof size);
+    for (const io::Pixels* pixels : {&image, &reference})
+        send(pixels->values.data(), pixels->values.size() * sizeof(float));
+    const std::string line = receive_line();
+    double value = 0;
+    if (std::from_chars(line.data(), line.data() + line.size(), value).ec != std::errc{})
+        fail(ErrorKind::file, "python3 ended without a figure for FLIP; what it says is above");
+    return value;
+}
+
+void Flip::send(const void* data, size_t bytes) {
+    for (std::string_view rest(static_cast<const char*>(data), bytes); !rest.empty();) {
+        const ssize_t sent = ::send(socket_, rest.data(), rest.size(), MSG_NOSIGNAL);
+        if (sent < 0) return;  // It has ended: there will be no answer.
+        rest.remove_prefix(static_cast<size_t>(sent));
+    }
+}
+
+std::string Flip::receive_line() {
+    std::string line;
+    for (char character; recv(socket_, &character, 1, 0) == 1 && character != '\n';) line += character;
+    return line;
+}
+
+}  // namespace clarus::metrics
