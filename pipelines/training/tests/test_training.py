@@ -215,7 +215,7 @@ class Evaluation(WithData):
         segments = [{"frames": [0, 2], "kind": "moving"}, {"frames": [2, 5], "kind": "still"}]
         listed = [
             {"name": "one", "scene": "demo", "frames": 5, "segments": segments, "thin": True},
-            {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [7, 9], "hdr": True},
+            dict(name="town-{n}", scene="procedural:{n}", path="{n}", n=[7, 9], jitter="halton:99+{n}", hdr=True),
         ]
         with open(path, "w") as file:
             json.dump(listed, file)
@@ -223,9 +223,10 @@ class Evaluation(WithData):
         self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9"])
         self.assertEqual((entries[0].frames_of("still"), entries[0].spans("still")), ([2, 3, 4], [[2, 5]]))
         command = entries[2].render_command("clarus", 3, "out")
-        for words in (["--scene", "procedural:8"], ["--path", "8"], ["--scale", "3"], ["--output", "out"], ["--hdr"]):
+        options = {"--scene": "procedural:8", "--path": "8", "--jitter": "halton:99+8", "--scale": "3"}
+        for words in [*options.items(), ("--output", "out"), ("--hdr",)]:
             place = command.index(words[0])
-            self.assertEqual(command[place : place + len(words)], words)
+            self.assertEqual(command[place : place + len(words)], [*words])
         outside = [{"frames": [3, 99], "kind": "still"}]
         twice = {"name": "one", "scene": "demo"}
         for broken in ({"name": "x"}, twice, {"name": "y", "scene": "demo", "segments": outside}):
