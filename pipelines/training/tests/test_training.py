@@ -196,6 +196,14 @@ class Loop(WithData):
         self.assertLess(missed, 0.05)
         self.assertEqual(student.layers[3].weight.shape, (24, 24))
 
+    def test_sequences_of_other_scales_are_left_out(self):
+        write_sequence(self.at("data", "tripled"), scale=3)
+        write_sequence(self.at("other"), scale=3)
+        rows, _ = self.train("mixed", "--steps", 1, "--validation", self.at("data"))
+        self.assertTrue(0 < float(rows[-1]["psnr"]) < 100)
+        with self.assertRaisesRegex(SystemExit, "--validation: no sequence of scale 2"):
+            self.train("none", "--steps", 1, "--validation", self.at("other"))
+
     def test_ends_when_told(self):
         step = train.Training.step
 
