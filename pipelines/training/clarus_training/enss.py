@@ -159,8 +159,8 @@ def shape(arguments):
     if arguments.size not in SIZES:
         raise SystemExit("an ENSS network is of --size s, m or l")
     features, middle = SIZES[arguments.size]
-    shape = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
-    return dict(shape, without=tuple(arguments.without)) if arguments.without else shape
+    without = tuple(arguments.without)
+    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, without=without)
 
 
 def parameter_groups(network, arguments):

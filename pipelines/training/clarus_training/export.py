@@ -28,6 +28,8 @@ def main():
     arguments = parser.parse_args()
     jitters = operators.halton_jitter(arguments.jitters)
     network = load_checkpoint(arguments.checkpoint)
+    if getattr(network, "without", ()):
+        raise SystemExit(f"{arguments.checkpoint}: trained without {', '.join(network.without)}, which no model file can say")
     model_file.save(arguments.model, network, jitters, arguments.mlp, half=not arguments.float32)
 
 

@@ -9,17 +9,18 @@ from .layers import convolutions, plain_model_tensors
 
 CLIPS = [8]
 RATE = 1e-3
+ABLATIONS = ("history", "recurrence")  # table 6: every frame alone; the previous frame upsampled in place of the output
 GUIDED = 0.1  # the share of training in which history is the reference
 
 
 class Mnss(nn.Module):
-    """The network. Its state is (S, E): the previous output and upsampled depth, [N, 3, H, W] and [N, 1, H, W]."""
+    """The network, without what `without` names of ABLATIONS. Its state is (S, E): the previous output and upsampled depth, [N, 3, H, W] and [N, 1, H, W]."""
 
     pipeline = "mnss"
 
-    def __init__(self, scale):
+    def __init__(self, scale, without=()):
         super().__init__()
-        self.scale = scale
+        self.scale, self.without = scale, without
         self.inpaint = nn.Conv2d(4, 1, 3, padding=1)
         self.antialias = convolutions(6, 8, 3)
         self.reconstruct = convolutions(3, 16, 32, 32, 3)
@@ -30,7 +31,7 @@ class Mnss(nn.Module):
     def step(self, frame, state=None, ahead=None, inside=None):
         s, jitter, color = self.scale, frame.jitter, frame.color
         upsampled, depth = operators.upsample(torch.cat((color, frame.depth), dim=1), s, jitter).split((3, 1), dim=1)
-        if state is None:
+        if state is None or "history" in self.without:
             history, weight = upsampled, None
         else:
             motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)
@@ -50,18 +51,18 @@ class Mnss(nn.Module):
         output = (blended + last(x).to(color.dtype)).clamp(0, 1)
         if inside is not None:
             inside.update(history=history, antialiased=antialiased, **({} if weight is None else {"weight": weight}))
-        return output, (output, depth)
+        return output, (upsampled if "recurrence" in self.without else output, depth)
 
 
 def shape(arguments):
     if arguments.scale not in (2, 3):
         raise SystemExit("an MNSS network is of --scale 2 or 3")
-    return dict(scale=arguments.scale)
+    return dict(scale=arguments.scale, without=tuple(arguments.without))
 
 
-def create(scale):
+def create(scale, without=()):
     """A network to be trained; it starts as history with the frame's samples in it."""
-    network = Mnss(scale)
+    network = Mnss(scale, without)
     with torch.no_grad():
         for layer in (network.antialias[-1], network.reconstruct[-1]):
             layer.weight.mul_(0.1)

@@ -10,6 +10,7 @@ from .layers import convolutions, plain_model_tensors
 SIZES = {"full": 32, "fast": 16}  # name: width of the U-Net's outermost layers
 FEATURES = (32, 32, 8)
 REWEIGHTING = 32
+ABLATIONS = ("features", "reweighting")  # table 10: features are 0, weights are 1
 CLIPS = [5]
 RATE = 1e-4
 
@@ -26,7 +27,8 @@ class UNet(nn.Module):
 
     def forward(self, x):
         height, width = x.shape[-2:]
-        x = F.pad(x, (0, -width % 4, 0, -height % 4), mode="replicate")
+        if width % 4 or height % 4:
+            x = F.pad(x, (0, -width % 4, 0, -height % 4), mode="replicate")
         enc1 = through(self.enc1, x)
         enc2 = through(self.enc2, F.max_pool2d(enc1, 2))
         x = through(self.bottleneck, F.max_pool2d(enc2, 2))
@@ -44,14 +46,14 @@ def through(layers, x):
 
 
 class Nsrr(nn.Module):
-    """The network. Its state is the list of the previous frames' maps B_1 … B_n, [N, 12, H, W] each."""
+    """The network, without what `without` names of ABLATIONS. Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most."""
 
     pipeline = "nsrr"
     used = None
 
-    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr"):
+    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr", without=()):
         super().__init__()
-        self.scale, self.previous_frames, self.network_color = scale, previous_frames, network_color
+        self.scale, self.previous_frames, self.network_color, self.without = scale, previous_frames, network_color, without
         n, channels = previous_frames, 4 + FEATURES[-1]
         self.features_current = convolutions(4, *FEATURES)
         if n:
@@ -64,43 +66,47 @@ class Nsrr(nn.Module):
         color, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("color", "depth"))
         z = torch.cat((operators.ycbcr(color) if self.network_color == "ycbcr" else color, depth), dim=1)
         sets = [self.features_current] + ([self.features_previous] if self.previous_frames else [])
-        maps = [torch.cat((z, through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
+        share = 0 if "features" in self.without else 1
+        maps = [torch.cat((z, share * through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
         return list(zip(*maps))
 
-    def network_output(self, frame, state=None, ahead=None, inside=None):
-        """The U-Net's output, in the network's colours, and the new state.
-
-        `used` previous frames, where that is set, instead of all: the maps of the others stay zero.
-        """
+    def maps(self, frame, state=None, ahead=None):
+        """The zero-upsampled current map, the warped history B_1 …, as far as there is one, and the new state."""
         s, n = self.scale, self.previous_frames
-        used = n if self.used is None else self.used
-        current, *previous = ahead or self.ahead([frame])[0]
-        if inside is not None:
-            inside["features"] = current[:, 4:]
-        current = operators.zero_upsample(current, s, frame.jitter)
+        current, *previous = (operators.zero_upsample(each, s, frame.jitter) for each in ahead or self.ahead([frame])[0])
         history = []
-        if n and state is None:
-            history = [torch.zeros_like(current)] * n
-        elif n:
+        if state:
             motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)
-            maps = operators.warp(torch.cat(state, dim=1), motion, "zero", 0)
-            history = list(maps.chunk(n, dim=1))
-        history[used:] = [torch.zeros_like(image) for image in history[used:]]
+            history = list(operators.warp(torch.cat(state, dim=1), motion, "zero", 0).chunk(len(state), dim=1))
+        return current, history, (previous + history)[:n]
+
+    def network_output(self, current, history, inside=None):
+        """The U-Net's output, in the network's colours.
+
+        `used` previous frames, where that is set, instead of all: the maps of the others are zero.
+        """
+        n = self.previous_frames
+        used = n if self.used is None else self.used
+        history = history[:used]
+        history += [torch.zeros_like(current)] * (n - len(history))
         weighted = []
         if n:
             first, second, last = self.reweight
             r = torch.cat([image[:, :4] for image in (current, *history)], dim=1)
             weights = 5 * (torch.tanh(last(F.relu(second(F.relu(first(r)))))) + 1)
+            if "reweighting" in self.without:
+                weights = torch.ones_like(weights)
             weighted = [weights[:, i : i + 1] * image for i, image in enumerate(history)]
             if inside is not None and used:
                 inside["weights"], inside["warped"] = weights[:, :used], torch.cat(history[:used], dim=1)
-            history = [operators.zero_upsample(previous[0], s, frame.jitter), *history[:-1]]
-        return self.unet(torch.cat((current, *weighted), dim=1)).to(frame.color.dtype), history
+        return self.unet(torch.cat((current, *weighted), dim=1)).to(current.dtype)
 
     def step(self, frame, state=None, ahead=None, inside=None):
-        output, state = self.network_output(frame, state, ahead, inside)
+        ahead = ahead or self.ahead([frame])[0]
+        current, history, state = self.maps(frame, state, ahead)
+        output = self.network_output(current, history, inside)
         if inside is not None:
-            inside["network_output"] = output
+            inside["features"], inside["network_output"] = ahead[0][:, 4:], output
         return (operators.rgb(output) if self.network_color == "ycbcr" else output).clamp(0, 1), state
 
 
@@ -112,16 +118,27 @@ def shape(arguments):
         previous_frames=arguments.previous_frames,
         width=SIZES[arguments.size],
         network_color=arguments.network_color,
+        without=tuple(arguments.without),
     )
 
 
 def create(**shape):
-    """A network to be trained, its weights as Glorot and Bengio have them."""
+    """A network to be trained, its weights as Glorot and Bengio have them, but for a way through the U-Net.
+
+    Three channels pass the colours on: through the level at which pooling has found the one sample of every 2×2 or 4×4
+    pixels, so that training starts at about the bilinearly upsampled colour, not at noise.
+    """
     network = Nsrr(**shape)
     for module in network.modules():
         if isinstance(module, nn.Conv2d):
             nn.init.xavier_uniform_(module.weight)
             nn.init.zeros_(module.bias)
+    unet = network.unet
+    with torch.no_grad():
+        for layer in (*unet.enc1, *unet.enc2, *unet.bottleneck, *unet.dec2, *unet.dec1):
+            layer.weight[:3] = 0
+            from_skip = unet.bottleneck[-1].out_channels if layer is unet.dec2[0] and network.scale < 4 else 0
+            layer.weight[range(3), range(from_skip, from_skip + 3), 1, 1] = 1
     return network
 
 
@@ -136,7 +153,8 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     """
     state = None
     for frame, ahead in zip(frames, network.ahead(frames)):
-        output, state = network.network_output(frame, state, ahead)
+        current, history, state = network.maps(frame, state, ahead)
+    output = network.network_output(current, history)
     wanted = operators.ycbcr(reference[-1]) if network.network_color == "ycbcr" else reference[-1]
     return (criterion or losses.ssim_l1)(output, wanted)
 

@@ -2,6 +2,7 @@
 
 Each is a module with
 - `shape(arguments)`: what its network is made of, as keywords; `create(**shape)`: a network to be trained;
+- `ABLATIONS`, where experiments may leave something out: names for `create(without=…)`, whose networks are no models;
 - `parameter_groups(network, arguments)`: for the optimiser; a group's `share` scales its learning rate;
 - `CLIPS`: the lengths of the clips it learns from; `RATE`: its first learning rate;
 - `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one
@@ -16,4 +17,5 @@ value a frame of whatever needs no history; and
 from . import enss, espcn, mnss, nsrr, srpo, stack
 
 PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "srpo": srpo, "espcn": espcn}
+ABLATIONS = {name: module.ABLATIONS for name, module in PIPELINES.items() if hasattr(module, "ABLATIONS")}
 FILES = {**PIPELINES, "stack": stack}

@@ -17,7 +17,7 @@ class Sequence:
     """A sequence's frames as memory-mapped arrays, canonical as the specification's conventions have it.
 
     `color` [T, h, w, 3] and `reference` [T, H, W, 3] are display-encoded: uint8 where the images are, else float16 in
-    [0, 1]. `depth` [T, h, w] is 0 nearest; `motion` [T, h, w, 2] is in render pixels to the previous frame, NaN where
+    [0, 1]. `depth` [T, h, w] is 0 nearest, 1 without any; `motion` [T, h, w, 2] is in render pixels to the previous frame, NaN where
     invalid. `jitter` is a list of (jx, jy), `motion_jitter` of where in their pixels the vectors were sampled (J_m),
     `reset` of flags.
     """
@@ -34,6 +34,7 @@ class Sequence:
         jittered = self.facts.get("motion", {}).get("sampled_at") == "jittered"
         self.motion_jitter = self.jitter if jittered else [(0.0, 0.0)] * len(self.frames)
         self.reset = [t == 0 or frame.get("reset", False) for t, frame in enumerate(self.frames)]
+        self._shape = (len(self.frames), *self.facts["render_size"][::-1])
         self.has_references = all("reference" in frame for frame in self.frames)
         names = ["color", "depth", "motion"] + ["reference"] * self.has_references
         cache = os.path.join(directory, f".arrays-{os.stat(path).st_mtime_ns}")
@@ -82,6 +83,8 @@ class Sequence:
         return np.stack([self._display(frame, "reference") for frame in self.frames])
 
     def _decode_depth(self):
+        if "depth" not in self.frames[0]:
+            return np.ones(self._shape, np.float32)
         facts = self.facts.get("depth", {})
         reversed_depth, near, far = facts.get("reversed", False), facts.get("near"), facts.get("far")
 
@@ -100,6 +103,8 @@ class Sequence:
         return np.stack(canonical_depth).astype(np.float32)
 
     def _decode_motion(self):
+        if "motion" not in self.frames[0]:
+            return np.full((*self._shape, 2), np.nan, np.float32)
         facts = self.facts.get("motion", {})
         frames = []
         for t, frame in enumerate(self.frames):

@@ -16,12 +16,13 @@ import time
 
 import torch
 
-from . import dataset, enss, enss_growth, export, validation
+from . import dataset, enss_growth, export, nsrr_growth, validation
 from .losses import LOSSES
-from .pipelines import PIPELINES
+from .pipelines import ABLATIONS, PIPELINES
 from .sequence import find
 
 LONGEST_STEP = 10  # seconds
+GROWTH = {"enss": enss_growth.grow, "nsrr": nsrr_growth.grow}
 
 
 def parse():
@@ -39,13 +40,14 @@ def parse():
     budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
     parser.add_argument("--start", help="a checkpoint whose weights to start from")
-    parser.add_argument("--grow", help="enss: a checkpoint of a smaller network, or of another scale, to start from")
+    parser.add_argument("--grow", help="enss, nsrr: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
     parser.add_argument("--amp", action="store_true", help="convolutions in bfloat16: faster, where the device has it")
     parser.add_argument("--hidden", type=int, default=128, help="enss: units a layer of the kernel-predicting MLP")
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
-    parser.add_argument("--without", nargs="+", choices=enss.ABLATIONS, default=[], help="enss: leave this out")
+    without = "leave this out: " + "; ".join(f"{name}: {', '.join(each)}" for name, each in ABLATIONS.items())
+    parser.add_argument("--without", nargs="+", choices=sum(ABLATIONS.values(), ()), default=[], help=without)
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -137,7 +139,7 @@ class Training:
         self.average = Average(self.network, self.arguments.ema)
 
     def grow_from(self, path):
-        enss_growth.grow(self.network, export.load_checkpoint(path).to(self.arguments.device))
+        GROWTH[self.arguments.pipeline](self.network, export.load_checkpoint(path).to(self.arguments.device))
         self.average = Average(self.network, self.arguments.ema)
 
     @property
@@ -217,8 +219,10 @@ def usable(option, directories, scale):
 
 def main():
     arguments = parse()
-    if arguments.grow and arguments.pipeline != "enss":
+    if arguments.grow and arguments.pipeline not in GROWTH:
         raise SystemExit(f"--grow: {arguments.pipeline} has no smaller network to grow from; --start takes its own")
+    for name in set(arguments.without).difference(ABLATIONS.get(arguments.pipeline, ())):
+        raise SystemExit(f"--without {name}: not of {arguments.pipeline}")
     if arguments.threads:
         torch.set_num_threads(arguments.threads)
     torch.set_flush_denormal(True)  # moments of weights that have stopped moving would slow the optimiser down

@@ -7,7 +7,7 @@ import unittest
 
 import torch
 
-from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, operators, srpo, stack
+from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, nsrr_growth, operators, srpo, stack
 from clarus_training.frame import Frame
 
 
@@ -25,7 +25,8 @@ def frames(number, height=6, width=9, batch=2, still=False):
 
 
 def networks(scale=2):
-    return {
+    """All of them, not as they start but with noise in their weights."""
+    every = {
         "enss": enss.create(scale, 8, 1, 16),
         "nsrr": nsrr.create(scale=scale, previous_frames=2, width=4),
         "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
@@ -33,6 +34,10 @@ def networks(scale=2):
         "srpo": srpo.create(scale),
         "espcn": espcn.create(scale, (4, 6)),
     }
+    for name in ("nsrr", "nsrr alone"):
+        for parameter in every[name].parameters():
+            parameter.add_(0.05 * torch.randn_like(parameter))
+    return every
 
 
 class Networks(unittest.TestCase):
@@ -116,6 +121,22 @@ class Networks(unittest.TestCase):
         output, _ = network.step(clip[0], inside=inside)
         self.assertTrue(torch.equal(output, inside["candidate"].clamp(0, 1)))
 
+        network = networks()["mnss"]
+        alone = torch.stack([network.step(each)[0] for each in clip])
+        self.assertTrue(torch.equal(outputs(clip, "history"), alone))
+        _, (kept, _) = network.step(clip[0])
+        network.without = ("recurrence",)
+        self.assertTrue(torch.equal(network.step(clip[0])[1][0], operators.upsample(clip[0].color, 2, clip[0].jitter)))
+        self.assertGreater((kept - network.step(clip[0])[1][0]).abs().max().item(), 1e-3)
+
+        network = networks()["nsrr"]
+        for name in nsrr.ABLATIONS:
+            self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-4, name)
+        inside = {}
+        network.without = nsrr.ABLATIONS
+        network.step(clip[1], network.step(clip[0])[1], inside=inside)
+        self.assertEqual((inside["features"].abs().max().item(), inside["weights"].std().item()), (0, 0))
+
     def test_a_file_holds_the_network(self):
         clip = frames(3)
         with tempfile.TemporaryDirectory() as folder:
@@ -176,6 +197,31 @@ class Networks(unittest.TestCase):
         self.assertLess((state[0] - maps[2]).abs().max().item(), 1e-6)
         once = operators.warp(maps[1], motions[2], "zero", 0)
         self.assertLess((state[1] - once).abs().max().item(), 1e-5)
+
+    def test_nsrr_starts_near_the_upsampled_colour(self):
+        x, y = torch.meshgrid(torch.linspace(0, 1, 24), torch.linspace(0, 1, 16), indexing="xy")
+        color = torch.stack((x, y, 1 - x)).expand(2, -1, -1, -1)
+        for scale in (2, 4):
+            for colors in ("rgb", "ycbcr"):
+                network = nsrr.create(scale=scale, previous_frames=2, width=4, network_color=colors)
+                frame = frames(1, 16, 24)[0]._replace(color=color)
+                output, _ = network.step(frame)
+                self.assertLess((output - operators.upsample(color, scale)).abs().mean().item(), 0.05)
+
+    def test_a_grown_nsrr_computes_the_same(self):
+        small = networks()["nsrr"]
+        large = nsrr.create(scale=2, previous_frames=2, width=7)
+        nsrr_growth.grow(large, small)
+        state = other = None
+        for frame in frames(3, 8, 12):
+            output, state = small.step(frame, state)
+            same, other = large.step(frame, other)
+            self.assertGreater(output.std().item(), 1e-3)
+            self.assertLess((same - output).abs().max().item(), 1e-5)
+        # What is new is there to be learned with.
+        self.assertGreater(large.unet.enc1[0].weight[4 * 2 :].abs().max().item(), 0)
+        with self.assertRaises(SystemExit):
+            nsrr_growth.grow(nsrr.create(scale=2, previous_frames=3, width=7), small)
 
     def test_nsrr_pads_by_replication(self):
         unet = nsrr.UNet(3, 4)

@@ -1,0 +1,73 @@
+"""SRPO beside other upscalers of single images, as its paper compares them (Gu et al. 2022, section 4.1).
+
+python3 -m clarus_training.rasterized CLARUS DIRECTORY --srpo MODEL [--others MODEL...] [--every N] [--markdown]
+
+DIRECTORY holds sequences without jitter whose references have one sample a pixel. The reference is the morphologically
+antialiased (MLAA) reference image. SRPO sees the aliased image, and MLAA works on its output; every other upscaler sees
+the image antialiased. Figures are the mean over sequences of each one's mean over its frames.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import sys
+import tempfile
+
+from .evaluate import mean, run
+from .sequence import find
+from .single_images import antialias, write_sequence
+
+
+def images_of(sequence, every):
+    """Every n-th frame's files, {color, reference}."""
+    return [{kind: frame[kind] for kind in ("color", "reference")} for frame in sequence.frames[::every]]
+
+
+def measure(clarus, sequence, every, methods):
+    """Per method {psnr, ssim} of a sequence."""
+    with tempfile.TemporaryDirectory() as work:
+        images = images_of(sequence, every)
+        at = lambda *names: os.path.join(work, *names)
+        for image in images:
+            for kind, name in image.items():
+                os.makedirs(os.path.dirname(at(name)), exist_ok=True)
+                shutil.copy(os.path.join(sequence.directory, name), at(name))
+        write_sequence(work, images, sequence.facts["render_size"], sequence.scale)
+        antialias(clarus, [at(image["reference"]) for image in images], at("wanted"))
+        figures = {}
+        for model, option in methods.items():
+            output = at("outputs", os.path.basename(model))
+            run([clarus, "upscale", work, "--model", model, option, "mlaa", "--output", output])
+            figures[model] = json.loads(run([clarus, "compare", output, at("wanted"), "--json"]))
+    return figures
+
+
+def main():
+    parser = argparse.ArgumentParser(description="SRPO's comparison with upscalers of single images.")
+    parser.add_argument("clarus", help="the clarus program")
+    parser.add_argument("directory")
+    parser.add_argument("--srpo", nargs="+", required=True, metavar="MODEL", help="models that want aliased images")
+    parser.add_argument("--others", nargs="*", default=[], metavar="MODEL", help="beside nearest, bicubic, lanczos, fsr1")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="frames: the first of every N")
+    parser.add_argument("--markdown", action="store_true", help="print a table for a model card")
+    arguments = parser.parse_args()
+    methods = dict.fromkeys(["nearest", "bicubic", "lanczos", "fsr1", *arguments.others], "--antialias-input")
+    methods.update(dict.fromkeys(arguments.srpo, "--antialias"))
+    figures = {model: [] for model in methods}
+    for sequence in find([arguments.directory]):
+        if any(jitter != (0, 0) for jitter in sequence.jitter):
+            raise SystemExit(f"{sequence.directory}: is jittered; render with --jitter none --reference-samples 1")
+        for model, measured in measure(arguments.clarus, sequence, arguments.every, methods).items():
+            figures[model].append(measured)
+        print(os.path.basename(sequence.directory), file=sys.stderr, flush=True)
+    rows = [["upscaler", "PSNR", "SSIM"]] + ([["---", "--:", "--:"]] if arguments.markdown else [])
+    for model, each in figures.items():
+        psnr, ssim = (mean([measured[name] for measured in each]) for name in ("psnr", "ssim"))
+        rows.append([os.path.basename(model), f"{psnr:.2f}", f"{ssim:.4f}"])
+    for row in rows:
+        print(f"| {' | '.join(row)} |" if arguments.markdown else f"{row[0]:<24}{row[1]:>8}{row[2]:>9}")
+
+
+if __name__ == "__main__":
+    main()
