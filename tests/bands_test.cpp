@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/memory_plan.h"
+#include "zero_parameters.h"
 
 using namespace clarus;
 using namespace clarus::graph;
@@ -15,15 +16,8 @@ using namespace clarus::runtime;
 
 namespace {
 
-Parameters parameters(int out, int in) {
-    Parameters result{out, in};
-    result.weights.assign(result.weights_per_set(), 0);
-    result.biases.assign(out, 0);
-    return result;
-}
-
 Value layer(Graph& graph, Value image, int out) {
-    return graph.convolution(image, parameters(out, graph.shape(image).channels), Activation::relu, "layer");
+    return graph.convolution(image, zero_parameters(out, graph.shape(image).channels), Activation::relu, "layer");
 }
 
 /// Zero-upsampled colour through a U-Net of three levels, its input made larger and its output cropped.
@@ -37,7 +31,7 @@ Graph unet(Size render) {
     Value x = layer(graph, layer(graph, graph.max_pool(second, "pool"), 16), 16);
     x = layer(graph, graph.concat({graph.upsample(x, 2, Shift::none, "up"), second}), 8);
     x = graph.concat({graph.upsample(x, 2, Shift::none, "up"), first});
-    x = graph.convolution(x, parameters(3, 16), Activation::none, "last", output);
+    x = graph.convolution(x, zero_parameters(3, 16), Activation::none, "last", output);
     graph.output = graph.clamp(x, 0, 1, "output");
     return graph;
 }
@@ -147,7 +141,7 @@ TEST_CASE("maps that are warped once a frame, the oldest first, need no memory b
     for (int i = 0; i < 3; ++i) maps.push_back(graph.previous(graph.shape(next), "map"));
     for (int i = 2; i >= 0; --i) warped[i] = graph.warp(maps[i], vectors, Border::zero, "warp");
     graph.output = graph.convolution(graph.concat({graph.slice(warped[0], 0, 2), graph.slice(warped[2], 1, 2)}),
-                                     parameters(3, 4), Activation::none, "last");
+                                     zero_parameters(3, 4), Activation::none, "last");
     graph.carry(maps[0], next);
     for (int i = 1; i < 3; ++i) graph.carry(maps[i], warped[i - 1]);
     const LayoutPlan plan = lay_out(graph, Storage::f32);

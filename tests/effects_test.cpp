@@ -6,6 +6,7 @@
 
 #include "clarus/error.h"
 #include "golden.h"
+#include "one_frame.h"
 #include "test_device.h"
 
 using namespace clarus;
@@ -34,14 +35,9 @@ std::vector<std::vector<float>> outputs(const Golden& golden, const UpscalerOpti
     return result;
 }
 
-std::vector<float> filtered(std::vector<float> color, Size size, const UpscalerOptions& options) {
+std::vector<float> filtered(const std::vector<float>& color, Size size, const UpscalerOptions& options) {
     Upscaler upscaler(test_device(), Model::filter("nearest", 1), size, options);
-    std::vector<float> output(color.size());
-    FrameDescription frame;
-    frame.color = {.host = color.data(), .size = size};
-    frame.output = {.host = output.data(), .size = size};
-    upscaler.submit(frame).wait();
-    return output;
+    return upscaled(upscaler, color);
 }
 
 }  // namespace

@@ -7,24 +7,17 @@
 #include <random>
 
 #include "clarus/upscaler.h"
+#include "one_frame.h"
 #include "test_device.h"
 
 using namespace clarus;
 
 namespace {
 
-/// One frame of colour alone.
-std::vector<float> filtered(const std::string& filter, double scale, Size render, std::vector<float> color,
+std::vector<float> filtered(const std::string& filter, double scale, Size render, const std::vector<float>& color,
                             Vec2 jitter = {}) {
     Upscaler upscaler(test_device(), Model::filter(filter, scale), render);
-    const Size size = upscaler.output_size();
-    std::vector<float> output(static_cast<size_t>(3) * size.width * size.height);
-    FrameDescription frame;
-    frame.color = {.host = color.data(), .size = render};
-    frame.jitter = jitter;
-    frame.output = {.host = output.data(), .size = size};
-    upscaler.submit(frame).wait();
-    return output;
+    return upscaled(upscaler, color, jitter);
 }
 
 std::vector<float> random_color(Size size) {

@@ -6,6 +6,7 @@
 
 #include "clarus/error.h"
 #include "clarus/upscaler.h"
+#include "one_frame.h"
 #include "operator_harness.h"
 #include "test_device.h"
 
@@ -199,12 +200,7 @@ TEST_CASE("EASU keeps a constant, and stays in the range of its nearest four tex
             options.views = {"upsampled"};
             Upscaler upscaler(test_device(), Model::filter("fsr1", scale), render, options);
             const Size size = upscaler.output_size();
-            std::vector<float> output(static_cast<size_t>(3) * size.width * size.height);
-            FrameDescription frame;
-            frame.color = {.host = color.data(), .size = render};
-            frame.jitter = jitter;
-            frame.output = {.host = output.data(), .size = size};
-            upscaler.submit(frame).wait();
+            const std::vector<float> output = upscaled(upscaler, color, jitter);
             const std::vector<float> upsampled = upscaler.view("upsampled").pixels;
             size_t outside = 0;
             for (int y = 0; y < size.height; ++y) {

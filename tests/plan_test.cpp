@@ -3,19 +3,13 @@
 #include "runtime/jitter_sets.h"
 #include "runtime/layout.h"
 #include "runtime/memory_plan.h"
+#include "zero_parameters.h"
 
 using namespace clarus;
 using namespace clarus::graph;
 using namespace clarus::runtime;
 
 namespace {
-
-Parameters parameters(int out, int in) {
-    Parameters result{out, in};
-    result.weights.assign(result.weights_per_set(), 0);
-    result.biases.assign(out, 0);
-    return result;
-}
 
 /// Where element (c, y, x) of a value lies in its memory, straight from the definition of cells.
 size_t element(const TensorLayout& layout, int c, int y, int x) {
@@ -34,7 +28,7 @@ TEST_SUITE("small") {
         const Value image = graph.clamp(history, 0, 1, "image");
         const Value depth = graph.space_to_depth(image, 2);
         const Value joined = graph.concat({color, depth});
-        graph.output = graph.convolution(joined, parameters(3, 11), Activation::none, "c");
+        graph.output = graph.convolution(joined, zero_parameters(3, 11), Activation::none, "c");
         graph.carry(history, image);
         const LayoutPlan plan = lay_out(graph, Storage::f32);
         REQUIRE(plan.graph.nodes.size() == graph.nodes.size());
@@ -52,7 +46,7 @@ TEST_SUITE("small") {
         Graph graph;
         const Value color = graph.input(Resource::color, {4, 4});
         const Value twice = graph.concat({color, graph.slice(color, 0, 1), color});
-        graph.output = graph.convolution(twice, parameters(3, 7), Activation::none, "c");
+        graph.output = graph.convolution(twice, zero_parameters(3, 7), Activation::none, "c");
         const LayoutPlan plan = lay_out(graph, Storage::f32);
         CHECK(plan.graph.nodes.size() == graph.nodes.size() + 2);
         const Node& joined = plan.graph.nodes[plan.graph.nodes[plan.graph.output].inputs[0]];
@@ -85,7 +79,7 @@ TEST_SUITE("small") {
         Value x = color;
         std::vector<Value> layers;
         for (const int width : {16, 64, 8, 32, 4, 3}) {
-            x = graph.convolution(x, parameters(width, graph.shape(x).channels), Activation::relu, "c");
+            x = graph.convolution(x, zero_parameters(width, graph.shape(x).channels), Activation::relu, "c");
             layers.push_back(x);
         }
         const Value half = graph.slice(layers[1], 0, 1);
@@ -112,8 +106,8 @@ TEST_SUITE("small") {
     TEST_CASE("a state that is read before it is written anew has one memory") {
         Graph graph;
         const Value history = graph.previous({3, 8, 8}, "history");
-        const Value blurred = graph.convolution(history, parameters(8, 3), Activation::none, "c");
-        graph.output = graph.convolution(blurred, parameters(3, 8), Activation::none, "d");
+        const Value blurred = graph.convolution(history, zero_parameters(8, 3), Activation::none, "c");
+        graph.output = graph.convolution(blurred, zero_parameters(3, 8), Activation::none, "d");
         graph.carry(history, graph.output);
         const LayoutPlan layout = lay_out(graph, Storage::f32);
         const MemoryPlan plan = plan_memory(layout, 4);
@@ -125,7 +119,7 @@ TEST_SUITE("small") {
     TEST_CASE("a state that is read while it is written has two memories that alternate") {
         Graph graph;
         const Value history = graph.previous({3, 8, 8}, "history");
-        graph.output = graph.convolution(history, parameters(3, 3), Activation::none, "c");
+        graph.output = graph.convolution(history, zero_parameters(3, 3), Activation::none, "c");
         graph.carry(history, graph.output);
         const LayoutPlan layout = lay_out(graph, Storage::f32);
         const MemoryPlan plan = plan_memory(layout, 4);

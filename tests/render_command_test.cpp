@@ -123,6 +123,11 @@ TEST_CASE("clarus render: radiance, scales, jitters, encodings") {
     sequence = studio.read("c");
     CHECK(sequence.frames[1].jitter == halton_jitter(4, 5));
     CHECK(io::read_image_header(sequence.frames[1].reference).size == Size{41, 27});
+
+    studio.render("d", {"--jitter", "halton:1024+500", "--first-frame", "3"});
+    sequence = studio.read("d");
+    CHECK(sequence.frames[0].jitter == halton_jitter(503, 1024));
+    CHECK(sequence.frames[1].jitter == halton_jitter(504, 1024));
 }
 
 TEST_CASE("clarus render: other layouts") {
@@ -165,7 +170,8 @@ TEST_CASE("clarus render refuses bad input before it makes anything") {
     for (const char* scale : {"1", "2.5", "7", "-2"}) refused("--scale", scale, "--scale");
     for (const char* samples : {"0", "5", "-4"}) refused("--reference-samples", samples, "--reference-samples");
     for (const char* samples : {"0", "257"}) refused("--samples", samples, "--samples");
-    for (const char* jitter : {"halton", "halton:0", "random"}) refused("--jitter", jitter, "--jitter");
+    for (const char* jitter : {"halton", "halton:0", "halton:4+", "halton:4+4", "halton:4+-1", "halton:+1", "random"})
+        refused("--jitter", jitter, "--jitter");
     refused("--depth", "logarithmic", "--depth");
     for (const char* far : {"0.5", "1e7", "nan"}) refused("--far", far, "--far");
     refused("--frames", "0", "--frames");

@@ -27,12 +27,12 @@ float at_position(const io::Pixels& image, double x, double y, int channel) {
 }
 
 /// The mean of 16 jittered frames against the reference's means of 2 by 2 pixels, in dB.
-double quality_of_mean(Scene& scene, const FrameState& still) {
+double quality_of_mean(Scene& scene, const FrameState& still, float mip_bias) {
     RenderSettings settings = small_settings();
     settings.render_size = {96, 54};
     settings.output_size = {192, 108};
     settings.hdr = true;
-    settings.mip_bias = -3;  // a colour sample's share of a pixel is then that of a reference sample
+    settings.mip_bias = mip_bias;
     io::Pixels mean{settings.render_size, 3, std::vector<float>(96 * 54 * 3)};
     constexpr int points = 16;
     for (int i = 0; i < points; ++i) {
@@ -112,17 +112,23 @@ TEST_CASE("the jittered frames of a still scene average to the reference") {
     }
     scene->add_static({things});
     scene->build();
-    const double quality = quality_of_mean(*scene, {in_front(5), in_front(5)});
-    CHECK(quality > 40);
+    // At −3 a colour sample's share of a pixel is that of a reference sample; −1 is what conventions.md has at ×2. The
+    // textures' waves are so long that either shows them as they are.
+    for (const float mip_bias : {-3.0f, -1.0f}) {
+        CAPTURE(mip_bias);
+        const double quality = quality_of_mean(*scene, {in_front(5), in_front(5)}, mip_bias);
+        CHECK(quality > 40);
+        MESSAGE("edges at mip bias ", mip_bias, ": ", quality, " dB");
+    }
 
     // The demo has an edge in nearly every pixel, so that 16 samples are not yet its mean.
     const World demo = make_world("demo", 1);
     const FrameState still = demo.frame(25);
     CHECK(still.camera.position == still.previous_camera.position);
     CHECK(still.seconds == still.previous_seconds);
-    const double quality_of_demo = quality_of_mean(*demo.scene, still);
+    const double quality_of_demo = quality_of_mean(*demo.scene, still, -3);
     CHECK(quality_of_demo > 33);
-    MESSAGE("edges ", quality, " dB, demo ", quality_of_demo, " dB");
+    MESSAGE("demo ", quality_of_demo, " dB");
 }
 
 TEST_CASE("the same frame has the same values every time, with any number of threads") {

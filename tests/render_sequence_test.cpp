@@ -1,8 +1,10 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "clarus/error.h"
 #include "clarus/jitter.h"
@@ -27,6 +29,7 @@ class Recording {
   public:
     explicit Recording(io::Sequence given) : sequence(std::move(given)) {
         sequence.render_size = settings.render_size;
+        settings.output_size = sequence.output_size();
         settings.reference_grid = 2;
     }
 
@@ -82,7 +85,8 @@ void check_round_trip(io::Sequence conventions, const std::string& path, io::Lay
     recording.write(folder / path, layout);
     const io::Sequence read = io::read_sequence(folder / path, io::Layout::guess, recording.sequence.scale);
     CHECK(read.render_size == recording.settings.render_size);
-    CHECK(read.scale == 2);
+    CHECK(read.scale == recording.sequence.scale);
+    CHECK(read.output_size() == recording.settings.output_size);
     CHECK(read.frame_rate == 60);
     REQUIRE(read.frames.size() == frame_count);
     io::check_sequence(read, true);
@@ -123,20 +127,31 @@ TEST_CASE("the native layout in all its conventions") {
     check_round_trip(sequence, "sequence", io::Layout::native, true);
 }
 
-TEST_CASE("QRISP: what is written is what its reader reads") {
-    check_round_trip({}, "Scene/540p/MipBiasMinus1Jittered/0007", io::Layout::qrisp, false);
-    io::Sequence tripled;
-    tripled.scale = 3;
-    const auto layout = io::output_layout("Scene/540p/MipBiasMinus1Jittered/0007", io::Layout::qrisp);
-    CHECK_THROWS_WITH_AS(layout->prescribe(tripled), Contains("the scale 2, not 3"), Error);
+TEST_CASE("QRISP: what is written is what its reader reads, at all its scales and no other") {
+    for (const auto& [scale, resolution] : {std::pair(2.0, "540p"), {3.0, "360p"}, {4.0, "270p"}}) {
+        CAPTURE(scale);
+        const std::string path = std::string("Scene/") + resolution + "/MipBiasMinus1Jittered/0007";
+        io::Sequence sequence;
+        sequence.scale = scale;
+        check_round_trip(sequence, path, io::Layout::qrisp, false);
+        sequence.scale = 1.5;
+        const auto layout = io::output_layout(path, io::Layout::qrisp);
+        CHECK_THROWS_WITH_AS(layout->prescribe(sequence), Contains(fmt::format("the scale {}, not 1.5", scale).c_str()),
+                             Error);
+    }
     CHECK_THROWS_WITH_AS(io::output_layout("sequence", io::Layout::qrisp), Contains("MipBias"), Error);
 }
 
-TEST_CASE("NSS captures: what is written is what its reader reads") {
-    io::Sequence sequence;
-    check_round_trip(sequence, "0003.json", io::Layout::nss, true);
-    sequence.depth.reversed = true;
-    check_round_trip(sequence, "0003.json", io::Layout::nss, true);
+TEST_CASE("NSS captures: what is written is what its reader reads, at any scale") {
+    for (const double scale : {1.5, 2.0, 3.0, 4.0}) {
+        CAPTURE(scale);
+        io::Sequence sequence;
+        sequence.scale = scale;
+        for (const bool reversed : {false, true}) {
+            sequence.depth.reversed = reversed;
+            check_round_trip(sequence, "0003.json", io::Layout::nss, true);
+        }
+    }
     CHECK_THROWS_WITH_AS(io::output_layout("sequence", io::Layout::nss), Contains(".json"), Error);
 }
 

@@ -12,6 +12,7 @@
 #include "cl/context.h"
 #include "clarus/error.h"
 #include "clarus/log.h"
+#include "one_frame.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -65,16 +66,10 @@ ErrorKind error_of(Upscaler& upscaler, const FrameDescription& frame, const char
 }
 
 /// Colour alone through a filter that changes nothing.
-std::vector<float> through_identity(std::vector<float> color, UpscalerOptions options, float exposure = 1) {
+std::vector<float> through_identity(const std::vector<float>& color, UpscalerOptions options, float exposure = 1) {
     const Size size{static_cast<int>(color.size()) / 3, 1};
     Upscaler upscaler(test_device(), Model::filter("bilinear", 1), size, options);
-    std::vector<float> output(color.size());
-    FrameDescription frame;
-    frame.color = {.host = color.data(), .size = size};
-    frame.output = {.host = output.data(), .size = size};
-    frame.exposure = exposure;
-    upscaler.submit(frame).wait();
-    return output;
+    return upscaled(upscaler, color, {}, exposure);
 }
 
 }  // namespace

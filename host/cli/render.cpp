@@ -54,22 +54,40 @@ Size parse_size(std::string_view text) {
     return size;
 }
 
+/// "halton:N", or "halton:N+K" with frame 0 at the sequence's point K.
+struct Halton {
+    int points = 0, start = 0;
+};
+
+std::optional<Halton> parse_halton(std::string_view text) {
+    constexpr std::string_view prefix = "halton:";
+    if (!text.starts_with(prefix)) return std::nullopt;
+    text.remove_prefix(prefix.size());
+    const size_t plus = text.find('+');
+    Halton halton;
+    if (!parse_whole(text.substr(0, plus), halton.points) || halton.points < 1 || halton.points > 4096)
+        return std::nullopt;
+    if (plus == std::string_view::npos) return halton;
+    if (!parse_whole(text.substr(plus + 1), halton.start) || halton.start < 0 || halton.start >= halton.points)
+        return std::nullopt;
+    return halton;
+}
+
 /// A frame's jitter by its number on the path.
 std::function<Vec2(int)> parse_jitter(std::string_view text, double scale) {
-    constexpr std::string_view prefix = "halton:";
-    int points = 0;
     if (text == "none") return [](int) { return Vec2{}; };
     if (text == "mnss" && (scale == 2 || scale == 3)) {
         return [scale](int frame) { return mnss_jitter(frame, static_cast<int>(scale)); };
     }
-    if (!text.starts_with(prefix) || !parse_whole(text.substr(prefix.size()), points) || points < 1 || points > 4096) {
+    const std::optional<Halton> halton = parse_halton(text);
+    if (!halton) {
         fail(
             ErrorKind::invalid_argument,
             "--jitter \"{}\" is neither \"none\", nor \"mnss\" (at the scales 2 and 3), nor \"halton:N\" with N from 1 "
-            "to 4096",
+            "to 4096, nor \"halton:N+K\" with K from 0 and below N",
             text);
     }
-    return [points](int frame) { return halton_jitter(frame, points); };
+    return [halton = *halton](int frame) { return halton_jitter(halton.start + frame, halton.points); };
 }
 
 void check_at_least(const char* option, int value, int least) {
@@ -217,7 +235,10 @@ void add_render_command(CLI::App& app) {
     command->add_option("--size", options->size, "Render size")->type_name("WxH")->capture_default_str();
     command->add_option("--scale", options->scale, "Output size over render size: 1.5, 1.7, or 2 to 6")
         ->capture_default_str();
-    command->add_option("--jitter", options->jitter, "halton:N, mnss (scales 2 and 3), or none")->capture_default_str();
+    command
+        ->add_option("--jitter", options->jitter,
+                     "halton:N; halton:N+K, which is K frames further on in it; mnss (scales 2 and 3); or none")
+        ->capture_default_str();
     command->add_option("--samples", options->samples, "Samples a pixel of the input's colour, averaged")
         ->capture_default_str();
     command->add_option("--reference-samples", options->reference_samples, "Samples a reference pixel, a square number")

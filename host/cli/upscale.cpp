@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,12 +15,12 @@
 #include "cli/commands.h"
 #include "cli/frame_loop.h"
 #include "cli/output_folder.h"
+#include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "cli/run_report.h"
 #include "cli/sequence_options.h"
 #include "cli/trace.h"
 #include "io/frames.h"
-#include "io/safetensors.h"
 
 namespace clarus::cli {
 namespace {
@@ -111,68 +109,6 @@ void check_views(const std::vector<std::string>& wanted, const std::vector<std::
             fail(ErrorKind::invalid_argument, "{} has no view {}; there are: {}", model.name(), view, listing(names));
 }
 
-std::filesystem::path folder_of(const std::filesystem::path& file) {
-    return file.has_parent_path() ? file.parent_path() : ".";
-}
-
-// Where a file or folder is or would be, past links.
-std::filesystem::path resolved(const std::filesystem::path& path) {
-    std::error_code unreadable;
-    const std::filesystem::path absolute = std::filesystem::absolute(path);
-    const std::filesystem::path result = std::filesystem::weakly_canonical(absolute, unreadable);
-    return unreadable ? absolute : result;
-}
-
-std::vector<std::filesystem::path> images_of(const io::Sequence& sequence) {
-    std::vector<std::filesystem::path> images;
-    for (const io::FrameFiles& frame : sequence.frames) {
-        for (const std::filesystem::path& file : {frame.color, frame.depth, frame.motion, frame.reference})
-            if (!file.empty()) images.push_back(file);
-        for (const auto& [kind, file] : frame.optional) images.push_back(file);
-    }
-    return images;
-}
-
-// An output replaces a file of the same name, which must not be one of the sequence's.
-void keep_inputs(const std::set<std::filesystem::path>& image_folders, const std::filesystem::path& output) {
-    if (image_folders.contains(resolved(output)))
-        fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
-             output.string());
-}
-
-// So does a report or a trace: it must be nothing that this run reads or writes, nor lie among the sequence's files,
-// of which --frames may have left some out.
-void keep_files(const io::Sequence& sequence, const Model& model, const std::set<std::filesystem::path>& image_folders,
-                const UpscaleOptions& options, const FrameOutput& output) {
-    std::map<std::filesystem::path, std::string> taken{{resolved(options.sequence.path), "the sequence"}};
-    if (model.tensors()) taken[resolved(model.tensors()->path())] = "the model";
-    for (const std::filesystem::path& file : images_of(sequence)) taken[resolved(file)] = "an image of the sequence";
-    for (const io::FrameFiles& frame : sequence.frames) {
-        taken[resolved(output.file(frame.name))] = "an image of --output";
-        for (const std::string& view : output.views)
-            taken[resolved(output.view_file(view, frame.name))] = "a picture of --view";
-    }
-    for (const auto& [option, file] : {std::pair("--report", options.report), {"--trace", options.trace}}) {
-        if (file.empty()) continue;
-        if (const auto [other, is_new] = taken.emplace(resolved(file), option); !is_new)
-            fail(ErrorKind::invalid_argument, "{} {} would replace {}; name another file", option, file.string(),
-                 other->second);
-        const std::filesystem::path folder = resolved(folder_of(file));
-        if (folder == resolved(folder_of(sequence.folder / "")) || image_folders.contains(folder))
-            fail(ErrorKind::invalid_argument, "{} {} would lie among the sequence's own files; name another folder",
-                 option, file.string());
-    }
-}
-
-void keep_what_there_is(const io::Sequence& sequence, const Model& model, const UpscaleOptions& options,
-                        const FrameOutput& output) {
-    std::set<std::filesystem::path> folders, resolved_folders;
-    for (const std::filesystem::path& file : images_of(sequence)) folders.insert(folder_of(file));
-    for (const std::filesystem::path& folder : folders) resolved_folders.insert(resolved(folder));
-    keep_inputs(resolved_folders, options.output);
-    keep_files(sequence, model, resolved_folders, options, output);
-}
-
 // Whatever can be known to fail does so here, before the first file is written.
 void prepare_folders(OutputFolders& folders, const UpscaleOptions& options, const FrameOutput& output,
                      Size output_size) {
@@ -208,7 +144,7 @@ void upscale(const UpscaleOptions& options) {
     Upscaler upscaler(device, model, sequence.render_size, settings);
     const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
                              model.scale() == sequence.scale};
-    keep_what_there_is(sequence, model, options, output);
+    keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
 

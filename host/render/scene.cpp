@@ -129,7 +129,8 @@ void Scene::set_time(double seconds, double previous_seconds) {
     for (const auto& part : parts_) {
         const Imath::M44d now = part->motion ? part->motion(seconds) : Imath::M44d();
         const Imath::M44d before = part->motion ? part->motion(previous_seconds) : Imath::M44d();
-        part->to_previous = now.inverse() * before;
+        part->to_object = now.inverse();
+        part->to_previous = part->to_object * before;
         for (int row = 0; row < 3; ++row) {
             for (int column = 0; column < 3; ++column)
                 part->rotation[row][column] = static_cast<float>(now[row][column]);

@@ -62,8 +62,8 @@ class Scene {
         Motion motion;
         /// Of vectors, object to world.
         Imath::M33f rotation;
-        /// World points from the time set to the previous time.
-        Imath::M44d to_previous;
+        /// Of world points at the time set: to the object's space, and to where they were at the previous time.
+        Imath::M44d to_object, to_previous;
 
         /// Of what is opaque or cut out, and of what is blended; the latter null where nothing is.
         EmbreeInstance solid, blended;

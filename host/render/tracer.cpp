@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace clarus::render {
 namespace {
 
 using Imath::V2d;
+using Imath::V3d;
 using Imath::V3f;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -27,6 +29,20 @@ void set_ray(RTCRay16& rays, int i, const V3f& origin, const V3f& direction, flo
     rays.time[i] = 0;
     rays.mask[i] = ~0u;
     rays.flags[i] = 0;
+}
+
+/// In double precision: far from the world's origin Embree's single precision misses by millimetres, which motion
+/// vectors of what turns fast would show.
+double refined_distance(double distance, const Scene::Part& part, const Mesh& mesh, unsigned triangle, const V3d& eye,
+                        const V3d& direction) {
+    const auto [a, b, c] = mesh.triangles[triangle];
+    const V3d corner(mesh.positions[a]);
+    const V3d normal = (V3d(mesh.positions[b]) - corner) % (V3d(mesh.positions[c]) - corner);
+    V3d object_direction;
+    part.to_object.multDirMatrix(direction, object_direction);
+    const double refined = ((corner - eye * part.to_object) ^ normal) / (object_direction ^ normal);
+    // Otherwise the ray passes the triangle, nearly seen edge on, by less than rounding.
+    return std::abs(refined - distance) < 1e-3 * distance ? refined : distance;
 }
 
 bool missed(const RTCHit16& hits, int i) { return hits.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
@@ -74,6 +90,13 @@ void Tracer::trace(std::span<const V2d> points, const TextureFilter& filter, std
 void Tracer::trace_geometry(std::span<const V2d> points, std::span<Sample> samples) const {
     Packet rays = packet(points);
     intersect_solid(rays, samples);
+    const RTCHit16& hits = rays.hits.hit;
+    for (int i = 0; i < rays.count; ++i) {
+        if (!rays.valid[i]) continue;
+        const Scene::Part& part = *samples[i].part;
+        samples[i].view_distance = refined_distance(samples[i].view_distance, part, part.model[hits.geomID[i]],
+                                                    hits.primID[i], camera_.position(), camera_.direction(points[i]));
+    }
 }
 
 Tracer::Packet Tracer::packet(std::span<const V2d> points) const {

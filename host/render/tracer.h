@@ -28,7 +28,7 @@ class Tracer {
     /// Traces and shades rays through at most packet_size points of the image, in render pixels. Each has its place in
     /// `samples`.
     void trace(std::span<const Imath::V2d> points, const TextureFilter& filter, std::span<Sample> samples) const;
-    /// The same without light: `radiance` is left as it was.
+    /// The same without light, `radiance` is left as it was, and with exact distances.
     void trace_geometry(std::span<const Imath::V2d> points, std::span<Sample> samples) const;
 
   private:

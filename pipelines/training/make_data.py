@@ -48,7 +48,7 @@ def main():
     parser.add_argument("directory")
     parser.add_argument("--scale", default="2")
     parser.add_argument("--size", help="WxH in place of the manifest's render sizes")
-    parser.add_argument("--jitter", help="in place of the manifest's")
+    parser.add_argument("--jitter", help="as clarus render takes it, in place of the manifest's")
     parser.add_argument("--reference-samples", type=int, help="in place of the manifest's")
     parser.add_argument("--first", type=int, metavar="N", help="so many sequences from the list's start, in place of all")
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")

@@ -8,8 +8,8 @@
 #include "render/worlds/furniture.h"
 #include "render/worlds/invented_things.h"
 #include "render/worlds/placement.h"
+#include "render/worlds/roaming_world.h"
 #include "render/worlds/seed.h"
-#include "render/worlds/shots.h"
 
 namespace clarus::render {
 namespace {
@@ -395,14 +395,10 @@ class Flat {
 }  // namespace
 
 World make_interior_world(uint64_t seed, int path) {
-    World world{std::make_unique<Scene>(), {}};
-    Scene& scene = *world.scene;
-    Flat flat(scene, seed);
+    auto scene = std::make_unique<Scene>();
+    Flat flat(*scene, seed);
     const Stage stage = flat.furnish();
-    scene.build();
-    Random random(seed_of("film of interior:" + std::to_string(seed), static_cast<uint64_t>(path)));
-    world.frame = Film(scene, random, path, roaming_shots(scene, stage, flat.targets()));
-    return world;
+    return roaming_world(std::move(scene), "interior:" + std::to_string(seed), path, stage, flat.targets());
 }
 
 }  // namespace clarus::render

@@ -12,8 +12,8 @@
 #include "render/worlds/noise.h"
 #include "render/worlds/particles.h"
 #include "render/worlds/placement.h"
+#include "render/worlds/roaming_world.h"
 #include "render/worlds/seed.h"
-#include "render/worlds/shots.h"
 
 namespace clarus::render {
 namespace {
@@ -438,14 +438,10 @@ class Inventor {
 }  // namespace
 
 World make_invented_world(uint64_t seed, int path) {
-    World world{std::make_unique<Scene>(), {}};
-    Scene& scene = *world.scene;
-    Inventor inventor(scene, seed);
+    auto scene = std::make_unique<Scene>();
+    Inventor inventor(*scene, seed);
     const Stage stage = inventor.invent();
-    scene.build();
-    Random random(seed_of("film of procedural:" + std::to_string(seed), static_cast<uint64_t>(path)));
-    world.frame = Film(scene, random, path, roaming_shots(scene, stage, inventor.targets()));
-    return world;
+    return roaming_world(std::move(scene), "procedural:" + std::to_string(seed), path, stage, inventor.targets());
 }
 
 }  // namespace clarus::render

@@ -12,10 +12,8 @@ from .enss import split_kernels
 
 def grow(network, small):
     """Puts the weights of `small` into a newly created `network` with at least as many features and middle layers."""
-    f, g = small.features, network.features
-    hidden = small.kernels.layers[0].out_features
-    if g < f or len(network.body) < len(small.body) or network.kernels.layers[0].out_features != hidden:
-        raise SystemExit("a network grows into one with at least its features and layers, and as many hidden units")
+    f = small.features
+    check_room(network, small)
     with torch.no_grad():
         for i, layer in enumerate(network.body):
             layer.weight[:f], layer.bias[:f] = 0, 0
@@ -30,6 +28,16 @@ def grow(network, small):
         for theirs, ours in zip(other.weight.T, last.weight.T):
             ours.copy_(grown_kernels(theirs, small, ours, network))
         last.bias.copy_(grown_kernels(other.bias, small, last.bias, network))
+
+
+def check_room(network, small):
+    widths = (("features", small.features, network.features), ("middle layers", len(small.body), len(network.body)))
+    for what, theirs, ours in widths:
+        if ours < theirs:
+            raise SystemExit(f"--grow: the network has {ours} {what}, the checkpoint {theirs}; it cannot grow smaller")
+    theirs, ours = (each.kernels.layers[0].out_features for each in (small, network))
+    if ours != theirs:
+        raise SystemExit(f"--grow: the network's MLP has {ours} hidden units, the checkpoint's {theirs}: --hidden {theirs}")
 
 
 def grown_kernels(vector, small, start, network):

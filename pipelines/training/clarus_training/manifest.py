@@ -4,9 +4,9 @@
       "jitter": "halton:16", "hdr": false, "thin": false,
       "segments": [{"frames": [0, 10], "kind": "moving"}, {"frames": [10, 24], "kind": "still"}]}]
 
-Only `name` and `scene` are needed. `segments` say which frames (first, and one past the last, counted from the
-sequence's own 0) move and which stand still, `thin` that the scene has thin features. An entry with "n": [a, b] stands
-for b − a + 1 of them, in whose text "{n}" is replaced:
+Only `name` and `scene` are needed; `jitter` is as `clarus render --jitter` takes it. `segments` say which frames (first,
+and one past the last, counted from the sequence's own 0) move and which stand still, `thin` that the scene has thin
+features. An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
 
     {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [100, 179]}
 """

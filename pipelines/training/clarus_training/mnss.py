@@ -5,7 +5,7 @@ from torch import nn
 import torch.nn.functional as F
 
 from . import losses, operators
-from .layers import convolutions, plain_model_tensors
+from .layers import convolutions
 
 CLIPS = [8]
 RATE = 1e-3
@@ -89,13 +89,3 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
         if progress < GUIDED:
             state = (reference[t], state[1])
     return (criterion or losses.ssim)(torch.stack(outputs), reference) + 5 * antialiased / len(frames)
-
-
-def model_tensors(network, jitters=None, mlp=False, half=False):
-    return plain_model_tensors(network, half)
-
-
-def load_model(tensors, metadata):
-    network = Mnss(int(metadata["scale"]))
-    network.load_state_dict(tensors)
-    return network

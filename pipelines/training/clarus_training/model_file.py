@@ -11,11 +11,24 @@ def rounding(half):
     return lambda tensor: tensor.detach().cpu().numpy().astype(np.float16 if half else np.float32)
 
 
+def plain_tensors(network, half, facts=None):
+    """A model file's content where tensors are called as in the network."""
+    array = rounding(half)
+    tensors = {name: array(tensor) for name, tensor in network.state_dict().items()}
+    metadata = {"pipeline": network.pipeline, "scale": network.scale, **(facts or {})}
+    return tensors, {key: str(value) for key, value in metadata.items()}
+
+
 def save(path, network, jitters=None, mlp=False, half=False):
     """Writes a model; `half` stores all but jitters in half precision. For `jitters` and `mlp`: enss.model_tensors."""
     from .pipelines import FILES
 
-    safetensors.save(path, *FILES[network.pipeline].model_tensors(network, jitters, mlp, half))
+    module = FILES[network.pipeline]
+    if hasattr(module, "model_tensors"):
+        content = module.model_tensors(network, jitters, mlp, half)
+    else:
+        content = plain_tensors(network, half)
+    safetensors.save(path, *content)
 
 
 def load(path):
@@ -24,4 +37,9 @@ def load(path):
 
     tensors, metadata = safetensors.load(path)
     loaded = {name: torch.tensor(array.astype(np.float32)) for name, array in tensors.items()}
-    return FILES[metadata["pipeline"]].load_model(loaded, metadata)
+    module = FILES[metadata["pipeline"]]
+    if hasattr(module, "load_model"):
+        return module.load_model(loaded, metadata)
+    network = module.create(scale=int(metadata["scale"]))
+    network.load_state_dict(loaded)
+    return network

@@ -4,8 +4,8 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import losses, operators
-from .layers import convolutions, plain_model_tensors
+from . import losses, model_file, operators
+from .layers import convolutions
 
 SIZES = {"full": 32, "fast": 16}  # name: width of the U-Net's outermost layers
 FEATURES = (32, 32, 8)
@@ -161,7 +161,7 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
     facts = {"previous_frames": network.previous_frames, "network_color": network.network_color}
-    return plain_model_tensors(network, half, facts)
+    return model_file.plain_tensors(network, half, facts)
 
 
 def load_model(tensors, metadata):

@@ -7,11 +7,12 @@ Each is a module with
 - `CLIPS`: the lengths of the clips it learns from; `RATE`: its first learning rate;
 - `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one
   is given, else by the paper's loss; `progress` goes from 0 to 1 as training does;
-- `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back.
+- `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back;
+  where they are missing, that is the scale and the tensors as the network calls them.
 
 A network has `pipeline`, its model files', of which FILES has the last two functions; `scale`; `ahead(frames)`, one
-value a frame of whatever needs no history; and
-`step(frame, state, ahead, inside)`, which returns the output [N, 3, H, W] and the new state.
+value a frame of whatever needs no history; and `step(frame, state, ahead, inside)`, which returns the output
+[N, 3, H, W] and the new state.
 """
 
 from . import enss, espcn, mnss, nsrr, srpo, stack

@@ -7,7 +7,7 @@ from torch import nn
 import torch.nn.functional as F
 
 from . import losses, operators
-from .layers import convolutions, plain_model_tensors
+from .layers import convolutions
 
 CLIPS = [1]
 RATE = 1e-3
@@ -112,13 +112,3 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     if progress > ROUNDED:
         projected = projected + (project(frame.color, rounded(raw), network.scale) - projected).detach()
     return (criterion or losses.ssim)(projected, reference[0])
-
-
-def model_tensors(network, jitters=None, mlp=False, half=False):
-    return plain_model_tensors(network, half)
-
-
-def load_model(tensors, metadata):
-    network = Srpo(int(metadata["scale"]))
-    network.load_state_dict(tensors)
-    return network

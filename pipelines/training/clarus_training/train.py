@@ -31,8 +31,9 @@ def parse():
     sizes = "s, m, l for enss; full, fast for nsrr; s, l for espcn"
     parser.add_argument("--size", help=f"of a network that has several: {sizes}")
     parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
-    parser.add_argument("--data", nargs="+", required=True, help="sequences, or folders of them")
-    parser.add_argument("--validation", nargs="+", default=[], help="sequences that are never trained on")
+    data = "sequences, or folders of them; those of other scales are left out"
+    parser.add_argument("--data", nargs="+", required=True, help=data)
+    parser.add_argument("--validation", nargs="+", default=[], help="likewise, never trained on")
     parser.add_argument("--output", required=True)
     budget = parser.add_mutually_exclusive_group(required=True)
     budget.add_argument("--hours", type=float, help="train for so long")
@@ -208,6 +209,14 @@ def told_to_end():
             signal.signal(name, handler)
 
 
+def usable(option, directories, scale):
+    """The sequences there that a network of this scale can be compared on."""
+    found = [s for s in find(directories) if s.scale == scale and s.has_references]
+    if not found:
+        raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
+    return found
+
+
 def main():
     arguments = parse()
     if arguments.grow and arguments.pipeline not in GROWTH:
@@ -226,8 +235,8 @@ def main():
         training.start_from(torch.load(arguments.start, map_location=arguments.device)["network"])
     elif arguments.grow:
         training.grow_from(arguments.grow)
-    sequences = [s for s in find(arguments.data) if s.scale == arguments.scale and s.has_references]
-    held_out = find(arguments.validation) if arguments.validation else []
+    sequences = usable("--data", arguments.data, arguments.scale)
+    held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
     turn, tint = not arguments.no_turns, not arguments.no_tints
     clips = [dataset.Clips(sequences, length, arguments.crop, turn, tint) for length in lengths]

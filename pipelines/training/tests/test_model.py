@@ -100,11 +100,15 @@ class Model(unittest.TestCase):
         for finer in (2, 3, 4):
             torch.testing.assert_close(enss_growth.interpolation(2, finer) @ centres(2), centres(finer))
 
-    def test_a_network_does_not_grow_into_a_smaller_one(self):
+    def test_a_network_does_not_grow_into_one_that_does_not_fit(self):
         small = enss.create(scale=2, features=4, middle=1, hidden=16)
-        for shape in (dict(features=3, middle=1), dict(features=4, middle=0)):
-            with self.assertRaises(SystemExit):
-                enss_growth.grow(enss.create(scale=2, hidden=16, **shape), small)
+        for shape, widths in (
+            (dict(features=3, middle=1, hidden=16), "3 features, the checkpoint 4"),
+            (dict(features=4, middle=0, hidden=16), "0 middle layers, the checkpoint 1"),
+            (dict(features=4, middle=1, hidden=24), "24 hidden units, the checkpoint's 16: --hidden 16"),
+        ):
+            with self.assertRaisesRegex(SystemExit, widths):
+                enss_growth.grow(enss.create(scale=2, **shape), small)
 
 
 if __name__ == "__main__":

@@ -196,6 +196,14 @@ class Loop(WithData):
         self.assertLess(missed, 0.05)
         self.assertEqual(student.layers[3].weight.shape, (24, 24))
 
+    def test_sequences_of_other_scales_are_left_out(self):
+        write_sequence(self.at("data", "tripled"), scale=3)
+        write_sequence(self.at("other"), scale=3)
+        rows, _ = self.train("mixed", "--steps", 1, "--validation", self.at("data"))
+        self.assertTrue(0 < float(rows[-1]["psnr"]) < 100)
+        with self.assertRaisesRegex(SystemExit, "--validation: no sequence of scale 2"):
+            self.train("none", "--steps", 1, "--validation", self.at("other"))
+
     def test_ends_when_told(self):
         step = train.Training.step
 
@@ -215,7 +223,7 @@ class Evaluation(WithData):
         segments = [{"frames": [0, 2], "kind": "moving"}, {"frames": [2, 5], "kind": "still"}]
         listed = [
             {"name": "one", "scene": "demo", "frames": 5, "segments": segments, "thin": True},
-            {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [7, 9], "hdr": True},
+            dict(name="town-{n}", scene="procedural:{n}", path="{n}", n=[7, 9], jitter="halton:99+{n}", hdr=True),
         ]
         with open(path, "w") as file:
             json.dump(listed, file)
@@ -223,9 +231,10 @@ class Evaluation(WithData):
         self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9"])
         self.assertEqual((entries[0].frames_of("still"), entries[0].spans("still")), ([2, 3, 4], [[2, 5]]))
         command = entries[2].render_command("clarus", 3, "out")
-        for words in (["--scene", "procedural:8"], ["--path", "8"], ["--scale", "3"], ["--output", "out"], ["--hdr"]):
+        options = {"--scene": "procedural:8", "--path": "8", "--jitter": "halton:99+8", "--scale": "3"}
+        for words in [*options.items(), ("--output", "out"), ("--hdr",)]:
             place = command.index(words[0])
-            self.assertEqual(command[place : place + len(words)], words)
+            self.assertEqual(command[place : place + len(words)], [*words])
         outside = [{"frames": [3, 99], "kind": "still"}]
         twice = {"name": "one", "scene": "demo"}
         for broken in ({"name": "x"}, twice, {"name": "y", "scene": "demo", "segments": outside}):
