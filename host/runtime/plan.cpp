@@ -59,14 +59,17 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     return stage;
 }
 
-/// Bands begin at multiples of so many rows, so that work-groups do, whose heights divide it (check_granule).
-constexpr int kBandGranule = 8;
+/// Bands begin at multiples of so many rows, so that work-groups do: their heights divide it, or check_granule fails.
+/// The fewer, the less is kept of small images.
+int band_granule(const DeviceProfile& profile) {
+    return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4 ? 8 : 4;
+}
 
-void check_granule(const PlannedStage& stage) {
+void check_granule(const PlannedStage& stage, int granule) {
     const KernelCall& call = stage.lowered.call;
     const int group = static_cast<int>(call.local[call.row_axis]) * call.rows_an_item;
     const int items = ceil_divide(stage.problem.output.height, call.rows_an_item);
-    if (kBandGranule % group != 0 || static_cast<int>(call.global[call.row_axis]) != items)
+    if (granule % group != 0 || static_cast<int>(call.global[call.row_axis]) != items)
         throw std::logic_error(fmt::format("{} by {} cannot work on bands: {} work-items of {} rows in groups of {}",
                                            stage.problem.node.name, stage.selection.describe(),
                                            call.global[call.row_axis], call.rows_an_item, call.local[call.row_axis]));
@@ -109,7 +112,8 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
     auto plan = std::make_unique<Plan>();
     const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, kBandGranule);
+    const int granule = band_granule(profile);
+    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, granule);
     check_sizes(plan->layout);
     plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);
@@ -118,7 +122,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
         PlannedStage stage = plan_stage(plan->layout, value);
         stage.selection = select(stage.problem);
         stage.lowered = stage.selection.lower(stage.problem);
-        if (find_banded(banded, value)) check_granule(stage);
+        if (find_banded(banded, value)) check_granule(stage, granule);
         plan->stages.push_back(std::move(stage));
     }
     plan->launches = order_of(plan->stages, banded);
