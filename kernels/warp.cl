@@ -26,15 +26,53 @@ inline Taps warp_taps(int x, float motion, int size) {
     return taps;
 }
 
-// Channels c to c + 3 of a pixel of the image.
-INLINE float4 image_channels(global const storage* image, Frame frame, int x, int y, int c) {
 #ifdef SAMPLES
-    if (x % SAMPLES != JOIN(frame.SAMPLE, _x) || y % SAMPLES != JOIN(frame.SAMPLE, _y)) return (float4)(0);
-    return LOAD_CHANNELS(IMAGE, image, x / SAMPLES, y / SAMPLES, c);
-#else
-    return LOAD_CHANNELS(IMAGE, image, x, y, c);
-#endif
+// Whether a tap along axis x or y is where samples are.
+#define ON_SAMPLE(tap, axis) ((tap) % SAMPLES == JOIN(frame.SAMPLE, _##axis))
+
+// Of two neighbouring columns one at most holds samples, and of two rows: there is one to read, or none. (At the border
+// both taps may be the same.)
+INLINE void warp_samples(global const storage* image, global storage* out, Frame frame, int x, int y, Taps tx,
+                         Taps ty) {
+    const int left = ON_SAMPLE(tx.first, x), right = ON_SAMPLE(tx.second, x);
+    const int above = ON_SAMPLE(ty.first, y), below = ON_SAMPLE(ty.second, y);
+    if (!(left | right) || !(above | below)) {
+        for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, (float4)(0), out, x, y, c);
+        return;
+    }
+    const float weight = ((left ? tx.first_weight : 0) + (right ? tx.second_weight : 0)) *
+                         ((above ? ty.first_weight : 0) + (below ? ty.second_weight : 0));
+    const int column = (left ? tx.first : tx.second) / SAMPLES, row = (above ? ty.first : ty.second) / SAMPLES;
+    for (int c = 0; c < OUT_CHANNELS; c += 4)
+        STORE_CHANNELS(OUT, weight * LOAD_CHANNELS(IMAGE, image, column, row, c), out, x, y, c);
 }
+#endif
+
+// Pixels one after another and all four taps inside the image, as nearly everywhere: nothing is clamped, channels are
+// wide vectors. Whether that is so.
+#if !defined(SAMPLES) && IMAGE_BLOCK == 1 && OUT_BLOCK == 1
+INLINE int warp_inside(global const storage* image, global storage* out, int x, int y, float motion_x, float motion_y) {
+    // While they are floats: they may be too large for an int.
+    if (!(fabs(motion_x) < IMAGE_WIDTH && fabs(motion_y) < IMAGE_HEIGHT)) return 0;
+    const int whole_x = whole_part(motion_x), whole_y = whole_part(motion_y);
+    if ((uint)(x + whole_x) >= IMAGE_WIDTH - 1 || (uint)(y + whole_y) >= IMAGE_HEIGHT - 1) return 0;
+    const float right = motion_x - whole_x, below = motion_y - whole_y, left = 1 - right, above = 1 - below;
+    image += AT(IMAGE, x + whole_x, y + whole_y, 0);
+#define FILTERED(LOAD_, c)                                                               \
+    (left * above * LOAD_(image, c) + right * above * LOAD_(image, (c) + IMAGE_STRIDE) + \
+     left * below * LOAD_(image, (c) + IMAGE_ROW) + right * below * LOAD_(image, (c) + IMAGE_ROW + IMAGE_STRIDE))
+#if OUT_CHANNELS <= 4
+    STORE_CHANNELS(OUT, FILTERED(LOAD4, 0), out, x, y, 0);
+#else
+    for (int c = 0; c < OUT_CHANNELS; c += 16)
+        store_channels(FILTERED(LOAD16, c), min(16, OUT_CHANNELS - c), out, AT(OUT, x, y, c));
+#endif
+#undef FILTERED
+    return 1;
+}
+#else
+#define warp_inside(image, out, x, y, motion_x, motion_y) 0
+#endif
 
 INLINE void warp_pixel(global const storage* image, global storage* out, Frame frame, int x, int y, float motion_x,
                        float motion_y FALLBACK_ARGUMENT) {
@@ -59,16 +97,11 @@ INLINE void warp_pixel(global const storage* image, global storage* out, Frame f
         return;
     }
 #endif
+    if (warp_inside(image, out, x, y, motion_x, motion_y)) return;
     const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
     const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
 #ifdef SAMPLES
-    for (int c = 0; c < OUT_CHANNELS; c += 4)
-        STORE_CHANNELS(OUT,
-                       tx.first_weight * ty.first_weight * image_channels(image, frame, tx.first, ty.first, c) +
-                           tx.second_weight * ty.first_weight * image_channels(image, frame, tx.second, ty.first, c) +
-                           tx.first_weight * ty.second_weight * image_channels(image, frame, tx.first, ty.second, c) +
-                           tx.second_weight * ty.second_weight * image_channels(image, frame, tx.second, ty.second, c),
-                       out, x, y, c);
+    warp_samples(image, out, frame, x, y, tx, ty);
 #else
     for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
 #endif

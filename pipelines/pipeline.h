@@ -18,7 +18,6 @@ struct PipelineOptions {
 struct Pipeline {
     std::string_view name;  // the model's `pipeline`
     int smallest_scale, largest_scale;
-    bool needs_motion;
     /// Errors: file, naming the tensor or key that does not fit.
     graph::Graph (*build)(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 };
@@ -34,7 +33,6 @@ struct FilterSettings {
 /// A filter without a network.
 struct FilterPipeline {
     std::string_view name;
-    bool needs_motion;
     graph::Graph (*build)(const FilterSettings& settings);
 };
 

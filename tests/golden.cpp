@@ -50,8 +50,10 @@ Run run(const Golden& golden, UpscalerOptions options, int frames) {
     for (int frame = 0; frame < (frames < 0 ? golden.frames : frames); ++frame) {
         FrameDescription description;
         description.color = {.host = color.data() + frame * pixels * 3, .size = golden.render};
-        description.depth = {.host = depth.data() + frame * pixels, .size = golden.render};
-        description.motion = {.host = motion.data() + frame * pixels * 2, .size = golden.render};
+        if (result.upscaler.needs_depth())
+            description.depth = {.host = depth.data() + frame * pixels, .size = golden.render};
+        if (result.upscaler.needs_motion())
+            description.motion = {.host = motion.data() + frame * pixels * 2, .size = golden.render};
         description.jitter = {jitter[2 * frame], jitter[2 * frame + 1]};
         description.reset = resets[frame] != 0;
         description.output = {.host = output.data(), .size = size};

@@ -28,7 +28,8 @@ struct Run {
     Upscaler upscaler;
 };
 
-/// All frames of a golden file through the upscaler, or the first so many. Motion is sampled where the file says.
+/// All frames of a golden file through the upscaler, or the first so many, with what it needs. Motion is sampled where
+/// the file says.
 Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1);
 
 /// The frame whose intermediates golden files hold.

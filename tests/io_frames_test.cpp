@@ -50,7 +50,7 @@ class Recording {
 
 doctest::String check_message(const Sequence& sequence, bool needs_motion = true) {
     try {
-        check_sequence(sequence, needs_motion);
+        check_sequence(sequence, needs_motion, needs_motion);
     } catch (const Error& error) {
         CHECK(error.kind() == ErrorKind::file);
         return error.what();

@@ -39,6 +39,17 @@ TEST_CASE("NSRR with fewer previous frames than it has: the others' maps are zer
     check_golden("nsrr_x3_used", options);
 }
 
+TEST_CASE("NSRR without previous frames needs depth, but no motion" * doctest::test_suite("golden")) {
+    const Golden alone("nsrr_x3_alone"), model("nsrr_x4");
+    UpscalerOptions options;
+    CHECK_FALSE(Upscaler(test_device(), alone.model, alone.render, options).needs_motion());
+    CHECK(Upscaler(test_device(), model.model, model.render, options).needs_motion());
+    options.previous_frames = 0;
+    const Run result = run(model, options, 2);
+    CHECK_FALSE(result.upscaler.needs_motion());
+    CHECK(result.upscaler.needs_depth());
+}
+
 TEST_CASE("NSRR in bands of rows agrees with the PyTorch network" * doctest::test_suite("golden")) {
     UpscalerOptions options;
     options.band_rows = 8;
@@ -66,6 +77,7 @@ TEST_CASE("NSRR shows what it saw inside" * doctest::test_suite("golden")) {
     for (const std::string& name : options.views) {
         CAPTURE(name);
         CHECK(view_difference(result.upscaler, golden, name) < 5 * kTolerance);  // weights go up to 10
+        CHECK(result.upscaler.view(name).maps);
     }
 }
 
@@ -97,6 +109,8 @@ TEST_CASE("NSRR's memory is bounded") {
     };
     CHECK(gibibytes({480, 270}) < 1.2);
     CHECK(gibibytes({960, 540}) < 3);
+    // Maps of 8K have more elements than a kernel can count, their rings have not.
+    CHECK(gibibytes({1920, 1080}) < 12);
     MESSAGE(gibibytes({480, 270}) << " GiB at 1080p, " << gibibytes({960, 540}) << " GiB at 4K");
 }
 

@@ -1,8 +1,12 @@
+#include "runtime/plan.h"
+
 #include <doctest/doctest.h>
 
+#include <stdexcept>
+
+#include "clarus/error.h"
+#include "runtime/bands.h"
 #include "runtime/jitter_sets.h"
-#include "runtime/layout.h"
-#include "runtime/memory_plan.h"
 #include "zero_parameters.h"
 
 using namespace clarus;
@@ -71,6 +75,52 @@ TEST_SUITE("small") {
         CHECK(plan.layouts[warped].storage == Storage::f16);
         CHECK(plan.layouts[color].storage == Storage::f16);
         for (const Value value : {depth, motion, block_motion}) CHECK(plan.layouts[value].storage == Storage::f32);
+    }
+
+    TEST_CASE("what is read once the frame is over is stored whole") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {4, 4});
+        const Value samples = graph.zero_upsample(color, 2);
+        graph.output = graph.clamp(samples, 0, 1, "output");
+        CHECK_NOTHROW(lay_out(graph, Storage::f32));
+        graph.views["samples"] = graph.slice(samples, 0, 1);
+        CHECK_THROWS_AS(lay_out(graph, Storage::f32), std::logic_error);
+        graph.views.clear();
+        graph.output = samples;
+        CHECK_THROWS_AS(lay_out(graph, Storage::f32), std::logic_error);
+    }
+
+    TEST_CASE("of an image with more elements than a kernel can count, a ring of rows may do") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {7680, 4320});
+        const Value features = graph.convolution(color, zero_parameters(96, 3), Activation::relu, "c");
+        graph.output = graph.convolution(features, zero_parameters(3, 96), Activation::none, "c");
+        LayoutPlan plan = lay_out(graph, Storage::f32);
+        CHECK_THROWS_WITH_AS(check_sizes(plan), doctest::Contains("96 channels of 7680x4320 pixels"), Error);
+        CHECK(plan_bands(plan, 0, 8).size() == 1);
+        CHECK_NOTHROW(check_sizes(plan));
+    }
+
+    TEST_CASE("a kernel whose work-groups bands would cut is refused, with its operator's name") {
+        Graph graph;
+        graph.output = graph.clamp(graph.input(Resource::color, {8, 64}), 0, 1, "the limits");
+        UpscalerOptions options;
+        DeviceProfile profile;
+        profile.memory_alignment = 128;
+        const auto plan = [&](size_t group_rows, size_t items) {
+            const Implementation implementation{"tall", {}, {}, [&](const Problem& problem, const Choices&) {
+                                                    KernelCall call;
+                                                    call.global = {static_cast<size_t>(problem.output.width), items};
+                                                    call.local = {1, group_rows};
+                                                    return Lowered{call, std::nullopt};
+                                                }};
+            make_plan(graph, options, profile, [&](const Problem&) { return Selection{&implementation, {}}; });
+        };
+        CHECK_NOTHROW(plan(16, 64));
+        options.band_rows = 8;
+        CHECK_NOTHROW(plan(8, 64));
+        CHECK_THROWS_WITH_AS(plan(16, 64), doctest::Contains("the limits by tall"), std::logic_error);
+        CHECK_THROWS_WITH_AS(plan(8, 32), doctest::Contains("the limits by tall"), std::logic_error);
     }
 
     TEST_CASE("memories that are needed at one moment do not overlap, and the arena is near the floor") {

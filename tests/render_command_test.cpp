@@ -61,7 +61,7 @@ TEST_CASE("clarus render writes a sequence that the readers take, the same each 
     CHECK(sequence.frames[1].jitter == halton_jitter(1, 16));
     CHECK(sequence.frames[1].camera);
     CHECK(io::read_image_header(sequence.frames[1].reference).size == Size{48, 32});
-    io::check_sequence(sequence, true);
+    io::check_sequence(sequence, true, true);
     for (const char* name :
          {"sequence.json", "color/0001.png", "depth/0001.exr", "motion/0001.exr", "reference/0001.png"}) {
         CAPTURE(name);
@@ -111,7 +111,7 @@ TEST_CASE("clarus render: radiance, scales, jitters, encodings") {
     studio.render("b", {"--scale", "3", "--jitter", "mnss", "--samples", "4", "--depth", "projective", "--reversed",
                         "--far", "90", "--motion-jittered", "--output-buffers", "--threads", "1"});
     sequence = studio.read("b");
-    io::check_sequence(sequence, true);
+    io::check_sequence(sequence, true, true);
     CHECK(sequence.frames[1].jitter == mnss_jitter(1, 3));
     CHECK(sequence.depth.projective);
     CHECK(sequence.depth.reversed);
@@ -133,10 +133,10 @@ TEST_CASE("clarus render: radiance, scales, jitters, encodings") {
 TEST_CASE("clarus render: other layouts") {
     const Studio studio;
     studio.render("S/360p/MipBiasMinus1.58Jittered/0000", {"--layout", "qrisp", "--scale", "3"});
-    io::check_sequence(studio.read("S/360p/MipBiasMinus1.58Jittered/0000"), true);
+    io::check_sequence(studio.read("S/360p/MipBiasMinus1.58Jittered/0000"), true, true);
     studio.render("0001.json", {"--layout", "nss", "--reversed"});
     const io::Sequence capture = studio.read("0001.json");
-    io::check_sequence(capture, true);
+    io::check_sequence(capture, true, true);
     CHECK(capture.depth.reversed);
     const auto refused = [&](const char* place, const char* layout, std::vector<std::string> option,
                              const char* named) {

@@ -89,7 +89,7 @@ void check_round_trip(io::Sequence conventions, const std::string& path, io::Lay
     CHECK(read.output_size() == recording.settings.output_size);
     CHECK(read.frame_rate == 60);
     REQUIRE(read.frames.size() == frame_count);
-    io::check_sequence(read, true);
+    io::check_sequence(read, true, true);
     for (int i = 0; i < frame_count; ++i) {
         const io::FrameFiles& files = read.frames[static_cast<size_t>(i)];
         CAPTURE(i);
@@ -180,7 +180,7 @@ TEST_CASE("images at output resolution, and the camera, are in the native layout
     recording.sequence.depth.reversed = true;
     recording.write(folder / "sequence", io::Layout::native);
     const io::Sequence read = io::read_sequence(folder / "sequence");
-    io::check_sequence(read, true);
+    io::check_sequence(read, true, true);
     const io::FrameFiles& files = read.frames[1];
     const RenderedFrame expected = render_frame(*recording.scene, recording.state(1), files.jitter, recording.settings);
     io::Pixels depth = io::read_image(files.optional.at("reference_depth"));

@@ -57,10 +57,11 @@ TEST_CASE("stacks in half storage stay near" * doctest::test_suite("golden")) {
 TEST_CASE("a stack needs no depth or motion, and its 3x3 convolutions are the fast ones" *
           doctest::test_suite("golden")) {
     const Golden golden("stack_espcn_x2");
-    CHECK_FALSE(golden.model.needs_motion());
     UpscalerOptions options;
     options.profile = true;
     Run result = run(golden, options, 1);
+    CHECK_FALSE(result.upscaler.needs_depth());
+    CHECK_FALSE(result.upscaler.needs_motion());
     const DeviceProfile profile = test_device().profile();
     for (const StageProfile& stage : result.upscaler.take_profile())
         if (stage.name.starts_with("convolution") && profile.local_memory > (1u << 16))

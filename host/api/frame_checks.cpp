@@ -86,20 +86,18 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
     }
 }
 
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output,
-                 bool needs_motion, cl_context context) {
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output, Needs needs,
+                 cl_context context) {
     check_image("color", frame.color, options.color_format, render, context);
-    if (needs_motion) {
-        check_image("depth", frame.depth, options.depth_format, render, context);
-        check_image("motion", frame.motion, options.motion_format, render, context);
-    }
+    if (needs.depth) check_image("depth", frame.depth, options.depth_format, render, context);
+    if (needs.motion) check_image("motion", frame.motion, options.motion_format, render, context);
     check_image("output", frame.output, options.output_format, output, context);
     if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
         fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
              frame.jitter.x, frame.jitter.y);
     if (!(frame.exposure > 0) || !std::isfinite(frame.exposure))
         fail(ErrorKind::invalid_argument, "frame.exposure: {}; must be greater than 0", frame.exposure);
-    if (needs_motion && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
+    if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);
     check_optional("reactive_mask", frame.reactive_mask, render, output);

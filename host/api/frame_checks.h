@@ -8,9 +8,14 @@ namespace clarus {
 /// Errors: invalid_argument, naming the option.
 void check_options(const UpscalerOptions& options, const graph::Graph& graph);
 
+/// What frames must bring beside colour.
+struct Needs {
+    bool depth, motion;
+};
+
 /// Errors: invalid_argument, naming the field of the frame description. Buffers must be of `context` and large enough.
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output,
-                 bool needs_motion, cl_context context);
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output, Needs needs,
+                 cl_context context);
 
 /// One coordinate of q (conventions.md, "Sample position").
 int sample_position(double jitter, int scale);

@@ -59,7 +59,6 @@ std::string joined(const std::vector<std::string>& names) {
 struct Model::State {
     std::string name, pipeline;
     double scale = 1;
-    bool needs_motion = false;
     std::optional<io::Safetensors> tensors;
     std::map<std::string, std::string> metadata;
 };
@@ -77,7 +76,6 @@ Model Model::load(const std::string& path) {
     }
     const int scale = state->tensors->require_integer("scale", pipeline->smallest_scale, pipeline->largest_scale);
     state->scale = scale;
-    state->needs_motion = pipeline->needs_motion;
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
     pipeline->build(*state->tensors, scale, {8, 8}, {});
@@ -85,14 +83,13 @@ Model Model::load(const std::string& path) {
 }
 
 Model Model::filter(const std::string& name, double scale) {
-    const pipelines::FilterPipeline* filter = find_named(pipelines::filters(), name);
-    if (!filter) fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
+    if (!find_named(pipelines::filters(), name))
+        fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
     if (!(scale >= 1 && scale <= kLargestFilterScale))
         fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is from 1 to {}", scale, kLargestFilterScale);
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;
-    state->needs_motion = filter->needs_motion;
     return Model(std::move(state));
 }
 
@@ -117,7 +114,6 @@ std::vector<std::string> Model::names() {
 const std::string& Model::name() const { return state_->name; }
 const std::string& Model::pipeline() const { return state_->pipeline; }
 double Model::scale() const { return state_->scale; }
-bool Model::needs_motion() const { return state_->needs_motion; }
 const std::map<std::string, std::string>& Model::metadata() const { return state_->metadata; }
 const io::Safetensors* Model::tensors() const { return state_->tensors ? &*state_->tensors : nullptr; }
 

@@ -116,6 +116,9 @@ Upscaler& Upscaler::operator=(Upscaler&&) noexcept = default;
 Size Upscaler::render_size() const { return state_->render_size; }
 Size Upscaler::output_size() const { return state_->output_size; }
 
+bool Upscaler::needs_depth() const { return state_->plan->ingest.depth.has_value(); }
+bool Upscaler::needs_motion() const { return state_->plan->ingest.motion.has_value(); }
+
 MemoryRequirements Upscaler::memory_requirements() const {
     MemoryRequirements requirements;
     requirements.weights = state_->plan->weight_bytes;
@@ -145,7 +148,7 @@ void Upscaler::prepare(const std::function<void(double)>& progress) {
 }
 
 FrameEvent Upscaler::submit(const FrameDescription& frame) {
-    check_frame(frame, state_->options, state_->render_size, state_->output_size, state_->model.needs_motion(),
+    check_frame(frame, state_->options, state_->render_size, state_->output_size, {needs_depth(), needs_motion()},
                 state_->device.context().context()());
     prepare();
     const bool without_history = frame.reset || state_->reset;
@@ -172,7 +175,10 @@ Upscaler::View Upscaler::view(const std::string& name) const {
     if (found == graph.views.end())
         fail(ErrorKind::invalid_argument, "view \"{}\" was not asked for in UpscalerOptions::views", name);
     const graph::Shape& shape = graph.shape(found->second);
-    return {{shape.width, shape.height}, shape.channels, state_->executor->read(found->second)};
+    return {{shape.width, shape.height},
+            shape.channels,
+            state_->executor->read(found->second),
+            graph.map_views.contains(name)};
 }
 
 double Upscaler::largest_jitter_distance() const {

@@ -41,13 +41,13 @@ Image image(io::Pixels& pixels) {
 
 class FrameLoop {
   public:
-    FrameLoop(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler, const FrameOutput& output,
-              Trace& trace)
+    FrameLoop(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output, Trace& trace)
         : sequence_(sequence),
           upscaler_(upscaler),
           output_(output),
           trace_(trace),
-          reader_(sequence, 0, sequence.frames.size(), needs_motion, output.measure),
+          reader_(sequence, 0, sequence.frames.size(), upscaler.needs_depth() || upscaler.needs_motion(),
+                  output.measure),
           results_(sequence.frames.size()) {}
 
     std::vector<FrameResult> run() {
@@ -135,9 +135,9 @@ class FrameLoop {
 
 }  // namespace
 
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler,
-                                        const FrameOutput& output, Trace& trace) {
-    return FrameLoop(sequence, needs_motion, upscaler, output, trace).run();
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output,
+                                        Trace& trace) {
+    return FrameLoop(sequence, upscaler, output, trace).run();
 }
 
 }  // namespace clarus::cli

@@ -35,7 +35,7 @@ struct FrameResult {
 
 /// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, while the
 /// device works on one. Existing files of the same name are replaced.
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, bool needs_motion, Upscaler& upscaler,
-                                        const FrameOutput& output, Trace& trace);
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output,
+                                        Trace& trace);
 
 }  // namespace clarus::cli

@@ -69,7 +69,6 @@ Input read_input(const UpscaleOptions& options) {
              "model {} upscales by {}, but the sequence {} is made for {}; `clarus models` lists the models there are",
              model.name(), model.scale(), options.sequence.path.string(), sequence.scale);
     }
-    io::check_sequence(sequence, model.needs_motion());
     return {std::move(model), std::move(sequence)};
 }
 
@@ -142,6 +141,7 @@ void upscale(const UpscaleOptions& options) {
         settings.views = options.views;
     }
     Upscaler upscaler(device, model, sequence.render_size, settings);
+    io::check_sequence(sequence, upscaler.needs_depth(), upscaler.needs_motion());
     const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
                              model.scale() == sequence.scale};
     keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
@@ -157,7 +157,7 @@ void upscale(const UpscaleOptions& options) {
 
     Trace trace;
     const auto frames_start = std::chrono::steady_clock::now();
-    std::vector<FrameResult> frames = upscale_frames(sequence, model.needs_motion(), upscaler, output, trace);
+    std::vector<FrameResult> frames = upscale_frames(sequence, upscaler, output, trace);
 
     const RunReport report{.sequence = options.sequence.path,
                            .model = model,

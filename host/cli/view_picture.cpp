@@ -87,7 +87,7 @@ Upscaler::View contact_sheet(const Upscaler::View& view, Size size) {
 }  // namespace
 
 io::Pixels view_picture(const Upscaler::View& view, Size size) {
-    if (view.channels > 3) return view_picture(contact_sheet(view, size), size);
+    if (view.channels > 3 || (view.maps && view.channels > 1)) return view_picture(contact_sheet(view, size), size);
     const std::vector<Color> source = colors(view);
     // Blocks are whole pixels; the last ones may reach beyond the image.
     const int factor = std::max({1, (size.width + view.size.width - 1) / view.size.width,

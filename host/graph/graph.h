@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,7 @@ class Graph {
     std::optional<JitterKernels> jitter_kernels;
     std::vector<State> states;
     std::map<std::string, Value> views;  // what can be looked at, by name
+    std::set<std::string> map_views;     // those whose channels are pictures of their own, however many they are
     Value output = -1;                   // display-encoded colour, 3 channels
 
     const Shape& shape(Value value) const { return nodes[value].shape; }

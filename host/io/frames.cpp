@@ -57,11 +57,12 @@ Pixels read_checked(const std::filesystem::path& path, const Expectation& expect
 
 }  // namespace
 
-void check_sequence(const Sequence& sequence, bool needs_motion) {
+void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
     for (const FrameFiles& frame : sequence.frames) {
-        if (needs_motion && (frame.depth.empty() || frame.motion.empty()))
-            fail(ErrorKind::file, "{}: frame {} has no {}, which a model with history needs", sequence.folder.string(),
-                 frame.name, frame.depth.empty() ? "depth" : "motion");
+        const bool lacks_depth = needs_depth && frame.depth.empty();
+        if (lacks_depth || (needs_motion && frame.motion.empty()))
+            fail(ErrorKind::file, "{}: frame {} has no {}, which the model needs", sequence.folder.string(), frame.name,
+                 lacks_depth ? "depth" : "motion");
         check_file(frame.color, color_of(sequence));
         check_file(frame.depth, depth_of(sequence));
         check_file(frame.motion, motion_of(sequence));

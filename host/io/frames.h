@@ -10,9 +10,9 @@
 
 namespace clarus::io {
 
-/// Opens every image of every frame and compares its size and channels with what the sequence says. `needs_motion`: a
-/// frame without depth or motion is refused. Errors: file, naming the image.
-void check_sequence(const Sequence& sequence, bool needs_motion);
+/// Opens every image of every frame and compares its size and channels with what the sequence says. A frame without
+/// depth or motion is refused where it is needed. Errors: file, naming the image.
+void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion);
 
 /// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
 /// (Packed depth is unpacked.) Empty where not asked for or not there.
@@ -23,7 +23,8 @@ struct FramePixels {
     Pixels reference;  // 3, output resolution
 };
 
-/// Errors: file, naming the image that does not open or whose size or channels are not the sequence's.
+/// Depth comes with motion. Errors: file, naming the image that does not open or whose size or channels are not the
+/// sequence's.
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference);
 
 /// Where a frame's surfaces are and were, without jitter, at the centres of output pixels.

@@ -66,6 +66,7 @@ class Placer {
 
     /// Lays out everything, or returns the first conflict.
     std::optional<Conflict> place() {
+        check_readers();
         // Backwards, because the user of a value says where it wants it.
         for (Value value = static_cast<Value>(graph_.nodes.size()) - 1; value >= 0; --value) {
             if (shows_another(graph_.nodes[value])) continue;
@@ -74,6 +75,15 @@ class Placer {
         }
         for (Value value = 0; value < static_cast<Value>(graph_.nodes.size()); ++value) place_view(value);
         return std::nullopt;
+    }
+
+    /// Nobody could tell samples from zeros once the frame is over.
+    void check_readers() const {
+        const auto check = [&](Value value) {
+            if (shows_samples(value)) throw std::logic_error("the output and views are stored whole");
+        };
+        check(graph_.output);
+        for (const auto& [name, value] : graph_.views) check(value);
     }
 
     LayoutPlan plan() && { return {graph_, std::move(layouts_), std::move(memories_)}; }
@@ -85,12 +95,7 @@ class Placer {
         const int stride = round_up(shape.channels, kCellAlignment);
         const TensorLayout layout{
             static_cast<int>(memories_.size()), storage, shape.width, shape.height, shape.channels, 1, stride, 0};
-        const size_t bytes = memory_bytes(layout);
-        if (bytes / bytes_of(storage) > std::numeric_limits<int>::max())
-            fail(ErrorKind::invalid_argument,
-                 "{} channels of {}x{} pixels are more than a kernel can count; take a smaller size", shape.channels,
-                 shape.width, shape.height);
-        memories_.push_back({bytes, shape.elements() * bytes_of(storage), states_[value]});
+        memories_.push_back({memory_bytes(layout), shape.elements() * bytes_of(storage), states_[value]});
         return layout;
     }
 
@@ -231,6 +236,14 @@ Graph with_copy(const Graph& graph, const Conflict& conflict) {
 
 size_t memory_bytes(const TensorLayout& layout) {
     return (static_cast<size_t>(layout.rows()) * layout.row() + kSlack) * bytes_of(layout.storage);
+}
+
+void check_sizes(const LayoutPlan& plan) {
+    for (const TensorLayout& layout : plan.layouts)
+        if (memory_bytes(layout) / bytes_of(layout.storage) > std::numeric_limits<int>::max())
+            fail(ErrorKind::invalid_argument,
+                 "{} channels of {}x{} pixels are more than a kernel can count; take a smaller size", layout.channels,
+                 layout.width, layout.height);
 }
 
 std::string layout_options(const std::string& name, const TensorLayout& layout) {

@@ -51,7 +51,11 @@ struct LayoutPlan {
     std::vector<Memory> memories;
 };
 
-/// `storage` holds for images and features; motion vectors and dilated motion stay in f32.
+/// `storage` holds for images and features; motion vectors and dilated motion stay in f32. The output and views are
+/// stored whole: none may show a zero-upsampled image.
 LayoutPlan lay_out(const graph::Graph& graph, Storage storage);
+
+/// Errors: invalid_argument where a memory has more elements than a kernel can count.
+void check_sizes(const LayoutPlan& plan);
 
 }  // namespace clarus::runtime

@@ -1,7 +1,11 @@
 #include "runtime/plan.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <stdexcept>
+
+#include "base/rounding.h"
 #include "graph/passes.h"
 #include "runtime/bands.h"
 #include "runtime/weights.h"
@@ -55,9 +59,27 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     return stage;
 }
 
-/// Rows of the highest work-group there is among the kernels for such a device.
+/// Bands begin at multiples of so many rows, so that work-groups do: their heights divide it, or check_granule fails.
+/// The fewer, the less is kept of small images.
 int band_granule(const DeviceProfile& profile) {
     return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4 ? 8 : 4;
+}
+
+void check_granule(const PlannedStage& stage, int granule) {
+    const KernelCall& call = stage.lowered.call;
+    const int group = static_cast<int>(call.local[call.row_axis]) * call.rows_an_item;
+    const int items = ceil_divide(stage.problem.output.height, call.rows_an_item);
+    if (granule % group != 0 || static_cast<int>(call.global[call.row_axis]) != items)
+        throw std::logic_error(fmt::format("{} by {} cannot work on bands: {} work-items of {} rows in groups of {}",
+                                           stage.problem.node.name, stage.selection.describe(),
+                                           call.global[call.row_axis], call.rows_an_item, call.local[call.row_axis]));
+}
+
+const BandedNodes* find_banded(const std::vector<BandedNodes>& banded, Value value) {
+    const auto found = std::find_if(banded.begin(), banded.end(), [&](const BandedNodes& nodes) {
+        return value >= nodes.first && value <= nodes.last;
+    });
+    return found == banded.end() ? nullptr : &*found;
 }
 
 std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const std::vector<BandedNodes>& banded) {
@@ -66,10 +88,8 @@ std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const s
     for (int stage = 0; stage < static_cast<int>(stages.size()); ++stage) stage_of[stages[stage].value] = stage;
     for (int stage = 0; stage < static_cast<int>(stages.size()); ++stage) {
         const Value value = stages[stage].value;
-        const auto nodes = std::find_if(banded.begin(), banded.end(), [&](const BandedNodes& each) {
-            return value >= each.first && value <= each.last;
-        });
-        if (nodes == banded.end())
+        const BandedNodes* nodes = find_banded(banded, value);
+        if (!nodes)
             launches.push_back({stage});
         else if (value == nodes->first)
             for (const Band& band : nodes->order) launches.push_back({stage_of.at(band.value), band.first, band.end});
@@ -92,7 +112,9 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
     auto plan = std::make_unique<Plan>();
     const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, band_granule(profile));
+    const int granule = band_granule(profile);
+    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, granule);
+    check_sizes(plan->layout);
     plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);
     for (Value value = 0; value < static_cast<Value>(plan->layout.graph.nodes.size()); ++value) {
@@ -100,6 +122,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
         PlannedStage stage = plan_stage(plan->layout, value);
         stage.selection = select(stage.problem);
         stage.lowered = stage.selection.lower(stage.problem);
+        if (find_banded(banded, value)) check_granule(stage, granule);
         plan->stages.push_back(std::move(stage));
     }
     plan->launches = order_of(plan->stages, banded);

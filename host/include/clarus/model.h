@@ -32,7 +32,6 @@ class Model {
     const std::string& name() const;      // the file's stem, or the filter's name
     const std::string& pipeline() const;  // "enss", "bilinear", …
     double scale() const;
-    bool needs_motion() const;  // and depth; false for what looks at one frame alone
     const std::map<std::string, std::string>& metadata() const;
 
     /// The tensors of a model file; null for a filter.

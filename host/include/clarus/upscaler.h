@@ -70,8 +70,8 @@ struct UpscalerOptions {
 /// use (at present all of them).
 struct FrameDescription {
     Image color;
-    Image depth;           // may be empty where the model needs no motion
-    Image motion;          // likewise
+    Image depth;           // may be empty where Upscaler::needs_depth() is false
+    Image motion;          // likewise, needs_motion()
     Vec2 jitter;           // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
     float exposure = 1;    // linear input only; > 0
     float near_plane = 0;  // view distances, for projective depth only: 0 < near < far; far may be infinity
@@ -140,6 +140,10 @@ class Upscaler {
     Size render_size() const;
     Size output_size() const;
 
+    /// Whether frames must bring depth or motion: false for what looks at one frame's colour alone.
+    bool needs_depth() const;
+    bool needs_motion() const;
+
     /// Device memory with the kernels chosen so far; `Tuning::measure` may choose others in `prepare`. Staging is for
     /// host images, and is allocated when the first comes.
     MemoryRequirements memory_requirements() const;
@@ -162,6 +166,7 @@ class Upscaler {
         Size size;
         int channels = 0;
         std::vector<float> pixels;
+        bool maps = false;  // each channel is a picture of its own, even where two could be a vector, three a colour
     };
     View view(const std::string& name) const;
 
