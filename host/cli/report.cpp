@@ -130,7 +130,6 @@ void add_results(const ReportOptions& options, Json& data) {
     const std::vector<std::string> names = names_of(options.results);
     const Pictures pictures(options, references);
 
-    data["title"] = options.title.empty() ? name_of(options.reference.sequence.path) : options.title;
     data["lossless"] = options.lossless;
     data["pictured"] = pictures.indices();
     for (const Reference& reference : references) data["frames"].push_back(reference.name);
@@ -160,7 +159,11 @@ void write_report(const ReportOptions& options) {
     folders.require(options.output.has_parent_path() ? options.output.parent_path() : ".");
     Json data{{"benches", Json::array()}, {"results", Json::array()}};
     for (const fs::path& file : options.benches) data["benches"].push_back(read_bench(file));
-    if (!options.results.empty()) add_results(options, data);
+    if (!options.results.empty()) {
+        data["title"] = name_of(options.reference.sequence.path);
+        add_results(options, data);
+    }
+    if (!options.title.empty()) data["title"] = options.title;
     const std::string page = report::page(data);
     io::write_file_atomically(options.output, std::as_bytes(std::span(page)));
     fmt::print("{}: {:.1f} MB", options.output.string(), static_cast<double>(page.size()) * 1e-6);

@@ -21,7 +21,7 @@ function showHeader(report) {
     $("title").textContent = title;
     document.title = `${title} – Clarus`;
   }
-  $("subtitle").textContent = [...(title ? ["Clarus"] : []), ...facts.filter(Boolean)].join("  ·  ");
+  $("subtitle").textContent = [...(title && !title.includes("Clarus") ? ["Clarus"] : []), ...facts.filter(Boolean)].join(" · ");
 }
 
 function showNavigation() {
