@@ -9,6 +9,7 @@ namespace clarus::cli {
 void add_upscale_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_sheet_command(CLI::App& app);
+void add_report_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_devices_command(CLI::App& app);
 void add_models_command(CLI::App& app);

@@ -83,7 +83,7 @@ Pixels read_image(const std::filesystem::path& path, int most_channels) {
     return pixels;
 }
 
-void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type) {
+std::vector<unsigned char> encode_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type) {
     const size_t expected = static_cast<size_t>(std::max(pixels.size.width, 0)) * std::max(pixels.size.height, 0) *
                             std::max(pixels.channels, 0);
     if (expected == 0 || pixels.values.size() != expected)
@@ -110,6 +110,11 @@ void write_image(const std::filesystem::path& path, const Pixels& pixels, Sample
         if (pixels.channels == 2) spec.channelnames = {"R", "G"}, spec.alpha_channel = -1;
     }
 
+    if (output->format_name() == std::string_view("jpeg")) {
+        spec.attribute("Compression", "jpeg:95");
+        spec.attribute("jpeg:subsampling", "4:4:4");
+    }
+
     output->set_ioproxy(&memory);
     if (!output->open(path.filename().string(), spec))
         fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
@@ -128,6 +133,11 @@ void write_image(const std::filesystem::path& path, const Pixels& pixels, Sample
     if (!written || !output->close())
         fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
 
+    return encoded;
+}
+
+void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type) {
+    const std::vector<unsigned char> encoded = encode_image(path, pixels, type);
     write_file_atomically(path, std::as_bytes(std::span(encoded)));
 }
 

@@ -1,0 +1,173 @@
+#include "cli/comparison.h"
+
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+#include "base/log.h"
+#include "cli/image_folder.h"
+#include "cli/progress.h"
+#include "cli/quality_text.h"
+#include "io/frames.h"
+#include "io/image.h"
+#include "io/qrisp.h"
+#include "metrics/display.h"
+#include "metrics/flip.h"
+#include "metrics/if_ssim.h"
+#include "metrics/pixel_std.h"
+
+namespace clarus::cli {
+namespace {
+
+bool is_image_folder(const SequenceOptions& options) {
+    return options.layout == io::Layout::guess && std::filesystem::is_directory(options.path) &&
+           !std::filesystem::exists(options.path / "sequence.json") && !io::looks_like_qrisp(options.path);
+}
+
+bool is_cut(const Reference& reference) {
+    return reference.sequence && reference.sequence->frames[reference.index].reset;
+}
+
+// Motion and depth of a reference, where the sequence has them.
+std::optional<io::GroundTruth> ground_truth(const Reference& reference) {
+    if (!reference.sequence) return std::nullopt;
+    return io::read_ground_truth(*reference.sequence, reference.index);
+}
+
+// What one result's frames are measured with; `inter_frame` and `is_static` are of this frame and the one before it.
+struct Measure {
+    const Reference& reference;
+    const io::Pixels& expected;
+    const std::optional<metrics::InterFrame>& inter_frame;
+    bool is_static;
+    std::optional<metrics::Flip>& flip;
+};
+
+// One of the folders, measured frame by frame.
+class Result {
+  public:
+    Result(const std::filesystem::path& folder, std::span<const Reference> references) : images_(images_in(folder)) {
+        compared_.folder = folder;
+        for (const Reference& reference : references)
+            compared_.files.push_back(require_image(images_, reference.name, folder));
+    }
+
+    void add(const Measure& with) {
+        const std::filesystem::path& file = compared_.files[compared_.frames.size()];
+        io::Pixels pixels = read_display(file, with.reference);
+        try {
+            metrics::FrameQuality quality = metrics::measure(pixels, with.expected);
+            if (with.inter_frame) quality.if_ssim = with.inter_frame->ssim(previous_, pixels);
+            if (with.flip) quality.flip = with.flip->mean(pixels, with.expected);
+            pixel_std_.add(pixels, with.is_static);
+            compared_.frames.push_back(quality);
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::invalid_argument) throw;
+            fail(ErrorKind::file, "{} against {}: {}", file.string(), with.reference.file.string(), error.what());
+        }
+        previous_ = std::move(pixels);
+    }
+
+    ComparedResult take() {
+        compared_.quality = metrics::summarise(compared_.frames);
+        compared_.quality.pixel_std = pixel_std_.mean();
+        return std::move(compared_);
+    }
+
+    // Frames that --frames leaves out are not missed.
+    void warn_of_unused(std::span<const Reference> references, const SequenceOptions& options) const {
+        if (!options.frames.is_all()) return;
+        std::map<std::string, std::filesystem::path> unused = images_;
+        for (const Reference& reference : references) unused.erase(reference.name);
+        if (!unused.empty())
+            log(LogLevel::warning,
+                "{} of the {} images in {} have no reference in {} and are left out; the first is {}", unused.size(),
+                images_.size(), compared_.folder.string(), options.path.string(),
+                unused.begin()->second.filename().string());
+    }
+
+  private:
+    std::map<std::string, std::filesystem::path> images_;
+    ComparedResult compared_;
+    metrics::PixelStd pixel_std_;
+    io::Pixels previous_;
+};
+
+}  // namespace
+
+void ReferenceOptions::add_to(CLI::App& command) {
+    sequence.add_to(command);
+    command.add_option("--scale", scale, "The ratio of an NSS capture")->type_name("S");
+    command.add_flag("--linear", linear, "With a folder: its images and the results are linear HDR");
+    command.add_flag("--flip", flip,
+                     "FLIP, too, by NVIDIA's flip-evaluator (PyPI), which the python3 in the path must have");
+}
+
+std::vector<Reference> read_references(const ReferenceOptions& options) {
+    std::vector<Reference> references;
+    const std::filesystem::path& path = options.sequence.path;
+    if (is_image_folder(options.sequence)) {
+        const ColorSpace color_space = options.linear ? ColorSpace::linear : ColorSpace::srgb;
+        for (const auto& [name, file] : images_in(path))
+            references.push_back({name, file, color_space, 1, references.size(), nullptr});
+        options.sequence.frames.cut(references, path);
+        return references;
+    }
+    const auto sequence = std::make_shared<const io::Sequence>(options.sequence.read(options.scale));
+    for (size_t i = 0; i < sequence->frames.size(); ++i) {
+        const io::FrameFiles& frame = sequence->frames[i];
+        if (!frame.reference.empty())
+            references.push_back({frame.name, frame.reference, sequence->color_space, frame.exposure, i, sequence});
+    }
+    if (references.empty()) fail(ErrorKind::file, "no frame of {} has a reference to compare with", path.string());
+    return references;
+}
+
+io::Pixels read_display(const std::filesystem::path& file, const Reference& reference) {
+    return metrics::display_values(io::read_image(file), reference.color_space, reference.exposure);
+}
+
+std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
+                                    std::span<const Reference> references, const ReferenceOptions& options) {
+    std::vector<Result> results;
+    for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references);
+    for (const Result& result : results) result.warn_of_unused(references, options.sequence);
+    std::optional<metrics::Flip> flip;
+    if (options.flip) flip.emplace();
+
+    struct Expected {
+        io::Pixels pixels;
+        std::optional<io::GroundTruth> truth;
+    } previous;
+    Progress progress("comparing");
+    for (size_t i = 0; i < references.size(); ++i) {
+        const Reference& reference = references[i];
+        Expected current{read_display(reference.file, reference), ground_truth(reference)};
+        const bool follows = i > 0 && reference.index == references[i - 1].index + 1;
+        std::optional<metrics::InterFrame> inter_frame;
+        if (follows && !is_cut(reference) && previous.truth && current.truth)
+            inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
+        const bool is_static = follows && current.pixels.values == previous.pixels.values;
+        for (Result& result : results) result.add({reference, current.pixels, inter_frame, is_static, flip});
+        previous = std::move(current);
+        progress.update(i + 1, references.size());
+    }
+
+    std::vector<ComparedResult> compared;
+    for (Result& result : results) compared.push_back(result.take());
+    return compared;
+}
+
+nlohmann::ordered_json comparison_json(const ComparedResult& result, std::span<const Reference> references) {
+    nlohmann::ordered_json json{{"result", result.folder.string()}};
+    json.update(quality_json(result.quality));
+    for (size_t i = 0; i < result.frames.size(); ++i) {
+        nlohmann::ordered_json frame{{"name", references[i].name}};
+        frame.update(quality_json(result.frames[i]));
+        json["frames"].push_back(std::move(frame));
+    }
+    return json;
+}
+
+}  // namespace clarus::cli

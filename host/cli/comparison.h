@@ -1,0 +1,58 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/sequence_options.h"
+#include "metrics/quality.h"
+
+namespace clarus::cli {
+
+/// What results are compared with, and how: the options of every command that compares.
+struct ReferenceOptions {
+    SequenceOptions sequence;  // or a folder of images of the results' names
+    double scale = 2;
+    bool linear = false;
+    bool flip = false;
+
+    void add_to(CLI::App& command);  // but for the sequence's path
+};
+
+/// A frame's reference.
+struct Reference {
+    std::string name;
+    std::filesystem::path file;
+    ColorSpace color_space = ColorSpace::srgb;
+    float exposure = 1;
+    size_t index = 0;                              // into the sequence's frames
+    std::shared_ptr<const io::Sequence> sequence;  // none for a folder of images
+};
+
+/// Errors: file where there is none; those of SequenceOptions::read.
+std::vector<Reference> read_references(const ReferenceOptions& options);
+
+/// Display values of an image that is to be compared with the reference.
+io::Pixels read_display(const std::filesystem::path& file, const Reference& reference);
+
+struct ComparedResult {
+    std::filesystem::path folder;
+    std::vector<std::filesystem::path> files;   // of the references, in their order
+    std::vector<metrics::FrameQuality> frames;  // likewise
+    metrics::SequenceQuality quality;
+};
+
+/// Every figure that the references allow, of all results together; warns of images without a reference. Errors: file,
+/// naming the image that is missing or does not fit.
+std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
+                                    std::span<const Reference> references, const ReferenceOptions& options);
+
+/// {"result": …, "psnr": …, …, "frames": [{"name": …, "psnr": …, …}]}
+nlohmann::ordered_json comparison_json(const ComparedResult& result, std::span<const Reference> references);
+
+}  // namespace clarus::cli

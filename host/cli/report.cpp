@@ -1,0 +1,220 @@
+#include <OpenImageIO/strutil.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/error.h"
+#include "cli/commands.h"
+#include "cli/comparison.h"
+#include "cli/image_folder.h"
+#include "cli/output_folder.h"
+#include "cli/progress.h"
+#include "io/file.h"
+#include "io/image.h"
+#include "io/json_reader.h"
+#include "report/page.h"
+
+namespace clarus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* run_report_name = "report.json";  // in a result's folder
+
+struct ReportOptions {
+    std::vector<fs::path> benches, results;
+    ReferenceOptions reference;
+    size_t pictures = 8;
+    bool lossless = false;
+    std::string title;
+    fs::path output = "report.html";
+};
+
+Json read_json(const fs::path& file) { return Json(io::parse_json(io::read_file(file), file)); }
+
+Json read_bench(const fs::path& file) {
+    const Json bench = read_json(file);
+    if (!bench.is_object() || bench.value("format", Json()) != "clarus-bench" || bench.value("version", Json()) != 1)
+        fail(ErrorKind::file, "{} is not what `clarus bench` of this version writes", file.string());
+    return {{"name", file.stem().string()}, {"bench", bench}};
+}
+
+/// The last part of a path that has one.
+std::string name_of(const fs::path& path) {
+    const fs::path normal = fs::absolute(path).lexically_normal();
+    return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
+}
+
+/// Results' names: the folder's, with as many of those above it as tell them apart.
+std::vector<std::string> names_of(std::span<const fs::path> folders) {
+    std::vector<std::string> names;
+    for (const fs::path& folder : folders) names.push_back(name_of(folder));
+    if (std::set(names.begin(), names.end()).size() < names.size())
+        for (size_t i = 0; i < names.size(); ++i) names[i] = folders[i].string();
+    return names;
+}
+
+/// At most `most` of so many frames, evenly spaced, with the first and the last.
+std::vector<size_t> evenly_spaced(size_t count, size_t most) {
+    std::vector<size_t> indices;
+    const size_t shown = std::min(count, most);
+    for (size_t i = 0; i < shown; ++i) indices.push_back(shown == 1 ? 0 : i * (count - 1) / (shown - 1));
+    return indices;
+}
+
+/// One row of pictures, which the page may show on either side.
+class Pictures {
+  public:
+    Pictures(const ReportOptions& options, std::span<const Reference> references)
+        : references_(references),
+          indices_(evenly_spaced(references.size(), options.pictures)),
+          name_(options.lossless ? "picture.png" : "picture.jpg") {}
+
+    const std::vector<size_t>& indices() const { return indices_; }
+
+    /// `file_of`: that of a reference, by its index. `is_display`: it is a picture already, whatever the sequence's
+    /// colours.
+    template <typename FileOf>
+    Json source(const std::string& name, const char* kind, FileOf&& file_of, bool is_display = false) const {
+        Json images = Json::array();
+        Size size;
+        for (const size_t index : indices_) {
+            Reference how = references_[index];
+            if (is_display) how.color_space = ColorSpace::srgb;
+            const io::Pixels pixels = read_display(file_of(index), how);
+            size = pixels.size;
+            images.push_back(data_url(pixels));
+        }
+        return {{"name", name}, {"kind", kind}, {"size", {size.width, size.height}}, {"images", std::move(images)}};
+    }
+
+  private:
+    std::string data_url(const io::Pixels& pixels) const {
+        const std::vector<unsigned char> file = io::encode_image(name_, pixels, io::SampleType::u8);
+        const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
+        const char* type = name_.extension() == ".png" ? "png" : "jpeg";
+        return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
+    }
+
+    std::span<const Reference> references_;
+    std::vector<size_t> indices_;
+    fs::path name_;
+};
+
+/// What `clarus upscale --view` left in a result's folder.
+void add_views(const ComparedResult& result, const std::string& name, const Pictures& pictures,
+               std::span<const Reference> references, Json& sources) {
+    std::error_code none;
+    std::set<fs::path> folders;
+    for (const auto& entry : fs::directory_iterator(result.folder / "views", none)) folders.insert(entry.path());
+    for (const fs::path& folder : folders) {
+        const auto images = images_in(folder);
+        const auto file_of = [&](size_t index) { return require_image(images, references[index].name, folder); };
+        sources.push_back(
+            pictures.source(fmt::format("{}: {}", name, folder.filename().string()), "view", file_of, true));
+    }
+}
+
+void add_results(const ReportOptions& options, Json& data) {
+    const std::vector<Reference> references = read_references(options.reference);
+    const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
+    const std::vector<std::string> names = names_of(options.results);
+    const Pictures pictures(options, references);
+
+    data["lossless"] = options.lossless;
+    data["pictured"] = pictures.indices();
+    for (const Reference& reference : references) data["frames"].push_back(reference.name);
+    Json& sources = data["sources"];
+    if (const auto& sequence = references.front().sequence) {
+        data["render_size"] = {sequence->render_size.width, sequence->render_size.height};
+        sources.push_back(
+            pictures.source("input", "input", [&](size_t i) { return sequence->frames[references[i].index].color; }));
+    }
+    Progress progress("encoding pictures");
+    for (size_t i = 0; i < results.size(); ++i) {
+        const ComparedResult& result = results[i];
+        sources.push_back(pictures.source(names[i], "result", [&](size_t frame) { return result.files[frame]; }));
+        const fs::path run = result.folder / run_report_name;
+        data["results"].push_back({{"name", names[i]},
+                                   {"quality", comparison_json(result, references)},
+                                   {"run", fs::exists(run) ? read_json(run) : Json()}});
+        progress.update(i + 1, results.size());
+    }
+    for (size_t i = 0; i < results.size(); ++i) add_views(results[i], names[i], pictures, references, sources);
+    sources.push_back(pictures.source("reference", "reference", [&](size_t i) { return references[i].file; }));
+    data["output_size"] = sources.back()["size"];
+}
+
+void write_report(const ReportOptions& options) {
+    OutputFolders folders;
+    folders.require(options.output.has_parent_path() ? options.output.parent_path() : ".");
+    Json data{{"benches", Json::array()}, {"results", Json::array()}};
+    for (const fs::path& file : options.benches) data["benches"].push_back(read_bench(file));
+    if (!options.results.empty()) {
+        data["title"] = name_of(options.reference.sequence.path);
+        add_results(options, data);
+    }
+    if (!options.title.empty()) data["title"] = options.title;
+    const std::string page = report::page(data);
+    io::write_file_atomically(options.output, std::as_bytes(std::span(page)));
+    fmt::print("{}: {:.1f} MB", options.output.string(), static_cast<double>(page.size()) * 1e-6);
+    if (data.contains("frames"))
+        fmt::print(", pictures of {} of {} frames", data["pictured"].size(), data["frames"].size());
+    fmt::print("\n");
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand("report", "One page to look at: pictures, quality, time, devices");
+    const auto options = std::make_shared<ReportOptions>();
+    const auto sort_out = [options](const std::vector<fs::path>& paths) {
+        for (const fs::path& path : paths)
+            (fs::is_directory(path) ? options->results : options->benches).push_back(path);
+    };
+    command
+        .add_option_function<std::vector<fs::path>>("BENCH.json|RESULT_DIR", sort_out,
+                                                    "What `clarus bench` wrote, and folders of upscaled images; any "
+                                                    "number of either")
+        ->required()
+        ->type_name("");
+    CLI::Option& sequence =
+        *command
+             .add_option("--sequence", options->reference.sequence.path,
+                         "What the results were upscaled from, with references; needed where there are results")
+             ->type_name("SEQUENCE");
+    options->reference.add_to(command);
+    command
+        .add_option("--pictures", options->pictures,
+                    "Pictures of so many frames at most, evenly spaced; figures are of all")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command.add_flag("--lossless", options->lossless,
+                     "Pictures as PNG, some four times as large, in place of JPEG of quality 95");
+    command.add_option("--title", options->title, "The sequence's name where not given")->type_name("TEXT");
+    command.add_option("-o,--output", options->output, "The page")->type_name("FILE")->capture_default_str();
+    command.footer(
+        "The page is one file that needs no network. A result's times are those of report.json in its folder, which\n"
+        "`clarus upscale --profile --report` writes; its views are those of `clarus upscale --view`.\n\n"
+        "Examples:\n"
+        "  clarus upscale sequence --model enss-s-x2 --output enss-s-x2 --profile --report enss-s-x2/report.json\n"
+        "  clarus report bicubic enss-s-x2 --sequence sequence -o report.html\n"
+        "  clarus report bench.json bicubic enss-s-x2 --sequence sequence -o report.html\n"
+        "  clarus report this-machine.json that-machine.json -o devices.html");
+    command.callback([options, &sequence] {
+        if (!options->results.empty() && sequence.count() == 0) throw CLI::RequiredError("--sequence");
+        write_report(*options);
+    });
+}
+
+}  // namespace clarus::cli

@@ -1,0 +1,48 @@
+#include "report/page.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string_view>
+
+#include "report/page_files.h"
+
+namespace clarus::report {
+namespace {
+
+std::string_view file(std::string_view name) {
+    const auto files = page_files();
+    const auto found = std::ranges::find(files, name, &PageFile::name);
+    if (found == files.end()) throw std::logic_error("the page has no such file");
+    return found->text;
+}
+
+/// JSON that cannot end the element it stands in, whatever its strings hold.
+std::string script_safe(const nlohmann::ordered_json& data) {
+    const std::string json = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    std::string text;
+    text.reserve(json.size());
+    for (const char character : json) {
+        if (character == '<')
+            text += "\\u003c";
+        else
+            text += character;
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string page(const nlohmann::ordered_json& data) {
+    std::string text;
+    std::string_view rest = file("page.html");
+    for (size_t open = rest.find("{{"); open != std::string_view::npos; open = rest.find("{{")) {
+        const size_t close = rest.find("}}", open);
+        const std::string_view name = rest.substr(open + 2, close - open - 2);
+        text += rest.substr(0, open);
+        text += name == "data" ? script_safe(data) : std::string(file(name));
+        rest.remove_prefix(close + 2);
+    }
+    return text.append(rest);
+}
+
+}  // namespace clarus::report

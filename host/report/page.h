@@ -1,0 +1,21 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace clarus::report {
+
+/// One HTML file that shows the data and asks the network for nothing. All of these may be missing or empty:
+///   title     string: of what the report is
+///   render_size, output_size  [width, height]
+///   frames    [string]: names of all frames that were compared
+///   lossless  bool: of the pictures
+///   pictured  [index into frames]: of which there are pictures
+///   sources   [{"name", "kind": "input" | "result" | "view" | "reference", "size", "images": [data URL]}]: one image
+///   each
+///             frame that is pictured
+///   results   [{"name", "quality": as comparison_json, "run": as `clarus upscale --report` writes, or null}]
+///   benches   [{"name", "bench": as `clarus bench` writes}]
+std::string page(const nlohmann::ordered_json& data);
+
+}  // namespace clarus::report

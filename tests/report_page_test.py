@@ -1,0 +1,282 @@
+"""The page of `clarus report` in a headless Chromium. TOOL and a model that has views are given; the device is
+CLARUS_TEST_DEVICE. Ends with 77 where Chromium or Selenium are missing."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.select import Select
+    from selenium.webdriver.support.ui import WebDriverWait
+except ImportError:
+    sys.exit(77)
+if not shutil.which("chromium") or not shutil.which("chromedriver"):
+    sys.exit(77)
+
+TOOL, MODEL = sys.argv[1:3]
+DEVICE = os.environ.get("CLARUS_TEST_DEVICE") or "auto"
+AWKWARD = "<!--<script>\"&'é"  # a folder's name
+
+
+def run(*arguments, fails=False):
+    outcome = subprocess.run([TOOL, *map(str, arguments)], capture_output=True, text=True)
+    assert (outcome.returncode != 0) == fails, outcome.stderr
+    return outcome.stderr if fails else outcome.stdout
+
+
+def figure(median, spread=0.04):
+    return {"median": median, "low": median * (1 - spread), "high": median * (1 + spread), "turns": 7,
+            "relative_interval": spread, "steady": True}
+
+
+def bench(device_name, seconds):
+    """What `clarus bench` would write of one device: a model with two stages, and one whose output was wrong."""
+    def item(name, stages):
+        total = sum(stage["seconds"]["median"] for stage in stages)
+        latency = {**figure(total * 1.1), "p95": total * 1.2, "p99": total * 1.3, "frames": 50}
+        score = {"latency": latency, "frames_per_second": figure(1 / total), "device_seconds": figure(total),
+                 "operations": 3e9, "bytes": 2e8, "roofline_seconds": total / 2, "roofline_share": 0.5, "stages": stages,
+                 "turns": [{"at": 1.5, "latency": total, "clock_mhz": None}]}
+        return {"device": "0:0", "render_size": [960, 540], "output_size": [1920, 1080], "precision": "fp32",
+                "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
+                "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
+                "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
+                "start": {"cold_seconds": 2.5, "warm_seconds": 0.25, "programs": 3}, "score": score, "no_score": None}
+
+    stages = [{"name": f"</script><i>{name}", "kernel": "plain 8x8", "seconds": figure(seconds * share), "operations": operations,
+               "bytes": 1e8, "compute_share": 0.5, "bandwidth_share": 0.25}
+              for name, share, operations in (("convolution 1", 0.75, 3e9), ("reorder", 0.25, 0.0))]
+    wrong = item("bilinear", stages)
+    wrong.update(score=None, no_score="differs by 0.3", check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"})
+    profile = {"selector": "0:0", "name": device_name, "vendor": "v", "platform": "p", "driver_version": "1.2",
+               "opencl_version": "3.0", "class": "gpu", "compute_units": 4, "clock_mhz": 1500, "global_memory": 1 << 32,
+               "half_storage": True, "half_arithmetic": False}
+    return {"format": "clarus-bench", "version": 1, "date": "2026-01-02T03:04:05Z", "seconds": 60.0,
+            "suite": {"version": "0.1.0", "commit": None, "profile": "quick", "tuning": "stored", "confidence": 0.95,
+                      "steady_within": 0.03},
+            "host": {"cpu": None, "cores": 2, "memory": None, "os": None, "kernel": "Linux", "governor": None,
+                     "clock_mhz": [None, None], "load_average": None},
+            "devices": [{"profile": profile, "platform_version": "OpenCL 3.0", "opencl_c_version": "OpenCL C 1.2",
+                         "compute_peak": figure(1e12), "copy_bandwidth": figure(5e10)}],
+            "items": [item("bicubic", stages), wrong]}
+
+
+class ReportPage(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.sequence = cls.folder / "sequence"
+        run("render", "--scene", "demo", "--size", "64x36", "--scale", "2", "--frames", "5", "--reference-samples", "1",
+            "--output-buffers", "-o", cls.sequence)
+        cls.results = {}
+        for name, model, options in (("bicubic", "bicubic", []), (AWKWARD, MODEL, ["--view", "alpha"])):
+            folder = cls.results[name] = cls.folder / name
+            run("upscale", cls.sequence, "--model", model, "--device", DEVICE, "--output", folder, "--profile",
+                "--report", folder / "report.json", *options)
+        cls.names = list(cls.results)
+        cls.quality = json.loads(run("compare", *cls.results.values(), cls.sequence, "--json"))
+        for name, seconds in (("this", 0.02), ("that", 0.005)):
+            (cls.folder / f"{name}.json").write_text(json.dumps(bench(f"device of {name}", seconds)))
+        cls.page = cls.folder / "report.html"
+        run("report", cls.folder / "this.json", *cls.results.values(), cls.folder / "that.json", "--sequence", cls.sequence,
+            "--pictures", "3", "-o", cls.page)
+
+        options = webdriver.ChromeOptions()
+        for argument in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "disable-gpu", "window-size=1200,900"):
+            options.add_argument(f"--{argument}")
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        options.binary_location = shutil.which("chromium")
+        cls.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.quit()
+        cls.temporary.cleanup()
+
+    def setUp(self):
+        self.open(self.page)
+
+    def tearDown(self):
+        self.assertEqual([entry for entry in self.browser.get_log("browser") if entry["level"] == "SEVERE"], [])
+
+    def open(self, page):
+        self.browser.get(page.as_uri())
+        self.wait(lambda: self.script("return document.readyState") == "complete")
+        self.wait(lambda: not self.shown("pictures") or self.script(
+            "const c = document.getElementById('canvas');"
+            "return c.width > 0 && c.getContext('2d').getImageData(c.width / 4, c.height / 2, 1, 1).data[3] === 255"))
+
+    def wait(self, condition):
+        WebDriverWait(self.browser, 60).until(lambda _: condition())
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def at(self, identifier):
+        return self.browser.find_element(By.ID, identifier)
+
+    def shown(self, identifier):
+        return self.at(identifier).is_displayed()
+
+    def text(self, selector):
+        return [element.text for element in self.browser.find_elements(By.CSS_SELECTOR, selector)]
+
+    def choose(self, identifier, text):
+        Select(self.at(identifier)).select_by_visible_text(text)
+
+    def color(self, x, y=0.5):
+        """Of the canvas, at shares of its width and height."""
+        return self.script("const c = document.getElementById('canvas');"
+                           "return Array.from(c.getContext('2d').getImageData(arguments[0] * c.width, arguments[1] * c.height, 1, 1).data)", x, y)
+
+    def picture(self):
+        return self.script("return document.getElementById('canvas').toDataURL()")
+
+    def press(self, keys, identifier="split"):
+        self.at(identifier).send_keys(keys)
+
+    def test_every_section_is_there_and_the_network_is_not_asked(self):
+        for section in ("pictures", "over-time", "what-to-pick", "stages", "roofline", "devices"):
+            self.assertTrue(self.shown(section), section)
+        self.assertEqual(len(self.text("nav a")), 6)
+        self.assertEqual(self.script("return performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"), 0)
+        self.assertEqual(self.browser.title, "sequence – Clarus")
+        self.assertEqual(self.text("#subtitle"), [f"Clarus · 5 frames · 64×36 to 128×72 · {self.device_name()} · device of this · device of that"])
+
+    def device_name(self):
+        return json.loads((self.results["bicubic"] / "report.json").read_text())["device"]["name"]
+
+    def test_names_are_text(self):
+        self.assertEqual(self.script("return document.querySelectorAll('body script:not([type]), .stage i:not([style])').length"), 1)
+        options = [option.text for option in Select(self.at("left")).options]
+        self.assertEqual(options, ["input", *self.names, f"{self.names[1]}: alpha", "reference"])
+
+    def test_the_slider_moves(self):
+        self.choose("left", "input")
+        self.choose("right", "reference")
+        self.wait(lambda: len({tuple(self.color(x)) for x in (0.1, 0.4, 0.6, 0.9)}) > 1)
+        before = self.picture()
+        self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "50")
+        self.press(Keys.ARROW_RIGHT * 5)
+        self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "60")
+        self.assertNotEqual(self.picture(), before)
+        self.press(Keys.ARROW_LEFT * 5)
+        self.assertEqual(self.picture(), before)
+        width = self.at("stage").size["width"]
+        ActionChains(self.browser).drag_and_drop_by_offset(self.at("split"), -width // 4, 0).perform()
+        self.assertAlmostEqual(int(self.at("split").get_attribute("aria-valuenow")), 25, delta=1)
+        self.press(Keys.HOME)
+        right_only = self.picture()
+        self.press("x" + Keys.END)
+        self.assertEqual(self.picture(), right_only)
+
+    def test_frames_and_zoom(self):
+        self.assertEqual(self.text("#frame-name"), ["0000"])
+        first = self.picture()
+        self.press("]")
+        self.assertEqual(self.text("#frame-name"), ["0002"])
+        self.wait(lambda: self.picture() != first)
+        self.press("]]")
+        self.assertEqual(self.text("#frame-name"), ["0004"])
+        self.press("[[[")
+        self.assertEqual(self.text("#frame-name"), ["0000"])
+        self.wait(lambda: self.picture() == first)
+        self.press("++")
+        self.assertEqual(self.text("#zoom-fit"), ["×4"])
+        zoomed = self.picture()
+        self.assertNotEqual(zoomed, first)
+        stage = self.at("stage")
+        ActionChains(self.browser).move_to_element_with_offset(stage, 200, 60).click_and_hold().move_by_offset(80, 40).release().perform()
+        self.assertNotEqual(self.picture(), zoomed)
+        self.press("0")
+        self.assertEqual(self.picture(), first)
+
+    def test_the_difference(self):
+        self.choose("left", "reference")
+        self.choose("right", "reference")
+        self.press("d")
+        self.wait(lambda: self.shown("heat-legend"))
+        self.wait(lambda: all(self.color(x)[:3] == [0, 0, 4] for x in (0.1, 0.5, 0.9)))
+        self.choose("right", "input")
+        self.wait(lambda: any(self.color(x)[:3] != [0, 0, 4] for x in (0.1, 0.3, 0.5, 0.7, 0.9)))
+        self.at("show-slider").click()
+        self.assertFalse(self.shown("heat-legend"))
+
+    def test_figures_are_those_of_compare(self):
+        self.choose("pick-time", f"{self.device_name()}, 128×72, fp32")
+        rows = [[cell.text for cell in row.find_elements(By.CSS_SELECTOR, "th, td")]
+                for row in self.browser.find_elements(By.CSS_SELECTOR, "#pick-table tbody tr")]
+        self.assertEqual(self.text("#pick-table thead th")[:5], ["Result", "PSNR (dB)", "Pooled PSNR (dB)", "SSIM", "IF-SSIM"])
+        expected = sorted(zip(self.names, self.quality), key=lambda pair: -pair[1]["psnr"])
+        self.assertEqual([row[:5] for row in rows],
+                         [[name, f"{q['psnr']:.2f}", f"{q['pooled_psnr']:.2f}", f"{q['ssim']:.4f}", f"{q['if_ssim']:.4f}"]
+                          for name, q in expected])
+        for (name, _), row in zip(expected, rows):
+            stages = json.loads((self.results[name] / "report.json").read_text())["stages"]
+            self.assertAlmostEqual(float(row[5]), 1e3 * sum(stage["seconds"] for stage in stages), delta=0.006 * float(row[5]))
+
+        chart = self.browser.find_element(By.CSS_SELECTOR, "#time-charts svg")
+        chart.send_keys(Keys.END)
+        self.assertEqual(self.text("#time-readout > span"), ["Frame 0004", *self.names])
+        for figure, values in zip(("psnr", "ssim", "if_ssim"), self.browser.find_elements(By.CSS_SELECTOR, "#time-charts .values")):
+            self.assertEqual(values.text.split("\n"), [f"{quality['frames'][4][figure]:.{2 if figure == 'psnr' else 4}f}" for quality in self.quality])
+
+    def test_figures_are_those_of_bench(self):
+        self.choose("stages-of", "bicubic, 1920×1080, fp32")
+        rows = [row.split("\n") for row in self.text(".stage")]
+        self.assertEqual(rows[0][0], "</script><i>convolution 1")
+        self.assertIn("15.0", rows[0])
+        self.assertIn("75 %", rows[0])
+        self.assertIn("200", rows[0])  # 3e9 operations in 15 ms
+        cells = self.text("#device-times tbody td")
+        self.assertEqual(cells[0], "22.0 ms (21.1–22.9)\n50.0 fps, 4.00 times as long")
+        self.assertEqual(cells[1], "5.50 ms (5.28–5.72)\n200 fps")
+        self.assertEqual(cells[2], "no score: differs by 0.3")
+        self.choose("roofline-device", "device of this")
+        self.assertIn("15.0 ms, 200 GFLOP/s at 30.0 FLOP/byte, 20 % of the roof", self.text("#roofline-readout")[0])
+        self.choose("pick-time", "device of that, 1920×1080, fp32")
+        row = next(row for row in self.text("#pick-table tbody tr") if row.startswith("bicubic"))
+        self.assertIn("5.50", row)
+
+    def test_a_phone(self):
+        self.browser.set_window_size(390, 844)
+        self.addCleanup(self.browser.set_window_size, 1200, 900)
+        self.wait(lambda: self.script("return document.documentElement.scrollWidth <= window.innerWidth"))
+
+    def test_devices_alone(self):
+        page = self.folder / "devices.html"
+        run("report", self.folder / "this.json", "-o", page)
+        self.open(page)
+        for section in ("pictures", "over-time", "what-to-pick"):
+            self.assertFalse(self.shown(section), section)
+        self.assertTrue(self.shown("devices"))
+
+    def test_results_alone(self):
+        page = self.folder / "results.html"
+        run("report", self.results[AWKWARD], "--sequence", self.sequence, "--lossless", "-o", page)
+        self.open(page)
+        self.assertFalse(self.shown("devices"))
+        self.assertIn("clarus bench measures them", self.at("roofline-note").text)
+
+    def test_what_is_refused_leaves_no_page(self):
+        other = self.folder / "other.json"
+        other.write_text("{}")
+        page = self.folder / "none.html"
+        self.assertIn("other.json", run("report", other, "-o", page, fails=True))
+        self.assertIn("--sequence", run("report", self.results["bicubic"], "-o", page, fails=True))
+        self.assertFalse(page.exists())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
