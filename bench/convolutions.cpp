@@ -19,7 +19,7 @@ cl::Buffer filled(ocl::Context& context, size_t bytes) {
     return buffer;
 }
 
-Item item(const Device& device, const Problem& problem, const Selection& selection, int channels) {
+Work work(const Device& device, const Problem& problem, const Selection& selection, int channels) {
     ocl::Context& context = device.context();
     const Lowered lowered = selection.lower(problem);
     Bindings bindings;
@@ -38,8 +38,8 @@ Item item(const Device& device, const Problem& problem, const Selection& selecti
 
 }  // namespace
 
-std::vector<Item> convolution_items(const Device& device) {
-    std::vector<Item> items;
+std::vector<Work> convolution_items(const Device& device) {
+    std::vector<Work> items;
     for (const int channels : {16, 32, 64}) {
         const TensorLayout layout{0, Storage::f32, kSize.width, kSize.height, channels, 1, channels, 0};
         const graph::Parameters parameters{channels, channels};
@@ -53,7 +53,7 @@ std::vector<Item> convolution_items(const Device& device) {
             // The obvious one is there to be right.
             if (implementation.preference(problem, device.profile()) <= 1) continue;
             const Selection selection{&implementation, implementation.choices(problem, device.profile()).front()};
-            items.push_back(item(device, problem, selection, channels));
+            items.push_back(work(device, problem, selection, channels));
         }
     }
     return items;

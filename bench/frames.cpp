@@ -4,33 +4,13 @@
 #include <utility>
 
 #include "bench/suite.h"
-#include "cl/context.h"
 
 namespace clarus::bench {
-namespace {
-
-UpscalerOptions profiled(UpscalerOptions options) {
-    options.profile = true;
-    return options;
-}
-
-}  // namespace
 
 FrameBench::FrameBench(const Device& device, std::string name, const Model& model, Size render,
-                       const UpscalerOptions& options)
-    : name_(std::move(name)), upscaler_(device, model, render, profiled(options)) {
-    upscaler_.prepare();
-    const auto image = [&](Size size, int channels, float value) {
-        const size_t bytes = static_cast<size_t>(size.width) * size.height * channels * sizeof(float);
-        const auto buffer = std::make_shared<cl::Buffer>(device.context().context(), CL_MEM_READ_WRITE, bytes);
-        device.context().queue().enqueueFillBuffer(*buffer, value, 0, bytes);
-        buffers_.push_back(buffer);
-        return Image{.buffer = (*buffer)(), .size = size};
-    };
-    frame_.color = image(render, 3, 0.5f);
-    frame_.depth = image(render, 1, 0.5f);
-    frame_.motion = image(render, 2, 1.3f);
-    frame_.output = image(upscaler_.output_size(), 3, 0);
+                       measure::DeviceSequences& sequences, const UpscalerOptions& options)
+    : name_(std::move(name)), upscaler_(device, model, render, options) {
+    upscaler_.prepare(sequences);
 }
 
 std::string FrameBench::size() const {
@@ -39,19 +19,16 @@ std::string FrameBench::size() const {
 }
 
 double FrameBench::run() {
-    upscaler_.submit(frame_).wait();
-    double start = 0, end = 0;
-    for (const StageProfile& stage : upscaler_.take_profile()) {
-        for (const StageProfile::Span& span : stage.spans) {
-            start = start == 0 ? span.start : std::min(start, span.start);
-            end = std::max(end, span.end);
-        }
+    upscaler_.run(next_);
+    next_ = next_ % (measure::kSequenceFrames - 1) + 1;  // only the first frame is a cut
+    const std::vector<StageProfile> stages = upscaler_.take_stages();
+    for (const StageProfile& stage : stages) {
         const auto known = std::find_if(stages_.begin(), stages_.end(),
                                         [&](const auto& other) { return other.first.name == stage.name; });
         auto& [profile, seconds] = known == stages_.end() ? stages_.emplace_back(stage, std::vector<double>()) : *known;
         seconds.push_back(stage.seconds);
     }
-    return end - start;
+    return measure::frame_seconds(stages).front();
 }
 
 std::vector<StageProfile> FrameBench::stages() {

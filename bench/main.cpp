@@ -104,17 +104,18 @@ int run(int argc, char** argv) {
                device.profile().compute_units);
 
     constexpr int kKernelRepetitions = 15, kFrameRepetitions = 15, kHeavyFrameRepetitions = 3;
-    const std::vector<Item> peaks = peak_items(device), convolutions = convolution_items(device);
-    const Item copy = copy_item(device);
-    for (const Item& item : peaks) enroll("peak " + item.name, kKernelRepetitions, item.run);
-    for (const Item& item : convolutions) enroll("convolution " + item.name, kKernelRepetitions, item.run);
+    const std::vector<Work> peaks = measure::peak_sweep(device), convolutions = convolution_items(device);
+    const Work copy = measure::copy_work(device);
+    for (const Work& item : peaks) enroll("peak " + item.name, kKernelRepetitions, item.run);
+    for (const Work& item : convolutions) enroll("convolution " + item.name, kKernelRepetitions, item.run);
     enroll(copy.name, kKernelRepetitions, copy.run);
     const RenderItem rendering = render_item();
-    enroll(rendering.item.name, kFrameRepetitions, rendering.item.run);
+    enroll(rendering.work.name, kFrameRepetitions, rendering.work.run);
     std::vector<std::unique_ptr<FrameBench>> frames;
+    measure::DeviceSequences sequences;
     const auto add = [&](const char* name, const Model& model, Size render, int repetitions,
                          const UpscalerOptions& options = {}) {
-        frames.push_back(std::make_unique<FrameBench>(device, name, model, render, options));
+        frames.push_back(std::make_unique<FrameBench>(device, name, model, render, sequences, options));
         enroll(name, repetitions, [&frame = *frames.back()] { return frame.run(); });
     };
     add("ENSS-S", random_enss(2, 16, 1), {960, 540}, kFrameRepetitions);
@@ -139,13 +140,13 @@ int run(int argc, char** argv) {
     const double by_clpeak = clpeak_peak(device);
     double by_sweep = 0, by_convolutions = 0;
     std::string widest;
-    for (const Item& item : peaks) {
+    for (const Work& item : peaks) {
         const double seconds = record.median("peak " + item.name);
         if (seconds == 0 || item.operations / seconds <= by_sweep) continue;
         by_sweep = item.operations / seconds;
         widest = item.name;
     }
-    for (const Item& item : convolutions) {
+    for (const Work& item : convolutions) {
         const double seconds = record.median("convolution " + item.name);
         // Winograd does fewer operations than are counted.
         if (seconds > 0 && item.name.find("winograd") == std::string::npos)
@@ -162,7 +163,7 @@ int run(int argc, char** argv) {
     if (copy_seconds > 0) fmt::print("copy bandwidth {:.1f} GB/s\n", 1e-9 * bandwidth);
 
     fmt::print("\nconvolution 3×3 at 960×540\n{:<52}{:>9}{:>10}{:>10}\n", "", "ms", "GFLOP/s", "of peak");
-    for (const Item& item : convolutions) {
+    for (const Work& item : convolutions) {
         const double seconds = record.median("convolution " + item.name);
         if (seconds > 0)
             fmt::print("{:<52}{:>9.2f}{:>10.1f}{:>9.0f}%\n", item.name, 1e3 * seconds, 1e-9 * item.operations / seconds,
@@ -172,7 +173,7 @@ int run(int argc, char** argv) {
         const double median = record.median(frame->name());
         if (median > 0) print_frame(*frame, median, peak, bandwidth);
     }
-    const double render = record.median(rendering.item.name);
+    const double render = record.median(rendering.work.name);
     if (render > 0)
         fmt::print("\nsample renderer, demo scene, one core: {:.2f} million primary rays a second\n",
                    1e-6 * rendering.rays / render);

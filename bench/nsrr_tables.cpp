@@ -32,8 +32,9 @@ struct Measured {
 };
 
 Measured measure(const Device& device, int width, Size output, int previous_frames = kPreviousFrames) {
+    measure::DeviceSequences sequences;
     FrameBench frame(device, "NSRR", random_nsrr(kScale, previous_frames, width),
-                     {output.width / kScale, output.height / kScale});
+                     {output.width / kScale, output.height / kScale}, sequences);
     frame.run();
     frame.stages();  // of a frame that wakes threads and fills caches
     std::vector<double> seconds;
@@ -97,7 +98,7 @@ void print_nsrr_table(const Device& device, const std::string& table) {
         fail(ErrorKind::invalid_argument, "no table {} of runtimes; there are 1, 2 and 5", table);
     fmt::print("{}, ×4, fp32, medians of {} frames\n", device.profile().name, kFrames);
     if (table == "1") {
-        const double peak = quick_peak(peak_items(device));
+        const double peak = measure::most_operations(measure::peak_sweep(device)).operations_a_second;
         fmt::print("multiply–add peak {:.1f} GFLOP/s\n", 1e-9 * peak);
         print_sizes(device, peak);
     } else if (table == "2") {

@@ -56,6 +56,15 @@ TEST_CASE("what tuners find at the same time adds up") {
     CHECK(later.select_without_measuring(convolution(24)).describe() == by_other.describe());
 }
 
+TEST_CASE("the obvious kernel is the last there is, whatever is stored") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    const Tuner tuner(test_device().context(), Tuning::obvious);
+    CHECK(tuner.select_without_measuring(convolution(16)).implementation ==
+          &implementations(convolution(16).node).back());
+}
+
 TEST_CASE("a finding that names what does not exist is made anew") {
     const TemporaryFolder folder;
     const CacheFolder cache(folder.path());

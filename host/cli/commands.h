@@ -14,5 +14,6 @@ void add_render_command(CLI::App& app);
 void add_devices_command(CLI::App& app);
 void add_models_command(CLI::App& app);
 void add_model_command(CLI::App& app);
+void add_bench_command(CLI::App& app);
 
 }  // namespace clarus::cli

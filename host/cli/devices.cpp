@@ -10,36 +10,10 @@
 #include "cl/platforms.h"
 #include "clarus/device.h"
 #include "cli/commands.h"
+#include "measure/device_json.h"
 
 namespace clarus::cli {
 namespace {
-
-nlohmann::ordered_json to_json(const DeviceProfile& device) {
-    return {{"selector", device.selector},
-            {"name", device.name},
-            {"vendor", device.vendor},
-            {"platform", device.platform},
-            {"driver_version", device.driver_version},
-            {"opencl_version", device.opencl_version},
-            {"class", ocl::class_name(device.device_class)},
-            {"compute_units", device.compute_units},
-            {"clock_mhz", device.clock_mhz},
-            {"float_vector_width", device.float_vector_width},
-            {"max_work_group_size", device.max_work_group_size},
-            {"global_memory", device.global_memory},
-            {"max_allocation", device.max_allocation},
-            {"local_memory", device.local_memory},
-            {"local_memory_is_dedicated", device.local_memory_is_dedicated},
-            {"memory_alignment", device.memory_alignment},
-            {"unified_memory", device.unified_memory},
-            {"images", device.images},
-            {"half_storage", device.half_storage},
-            {"half_arithmetic", device.half_arithmetic},
-            {"int8_dot_product", device.int8_dot_product},
-            {"fast_fma", device.fast_fma},
-            {"subgroups", device.subgroups},
-            {"sub_devices", device.sub_devices}};
-}
 
 std::string bytes(size_t count) {
     if (count >= size_t(1) << 30) return fmt::format("{:.1f} GiB", double(count) / double(size_t(1) << 30));
@@ -85,7 +59,7 @@ void print_devices(bool as_json) {
              "pocl-opencl-icd)");
     if (as_json) {
         auto list = nlohmann::ordered_json::array();
-        for (const DeviceProfile& device : devices) list.push_back(to_json(device));
+        for (const DeviceProfile& device : devices) list.push_back(measure::to_json(device));
         fmt::print("{}\n", list.dump(2));
     } else {
         for (const DeviceProfile& device : devices) print_table(device);

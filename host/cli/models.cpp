@@ -26,12 +26,6 @@ const char* name_of(io::DataType type) {
     return "i32";
 }
 
-int64_t parameters(const io::Safetensors& tensors) {
-    int64_t count = 0;
-    for (const auto& [name, tensor] : tensors.tensors()) count += tensor.elements();
-    return count;
-}
-
 void print_models() {
     fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
     for (const std::string& name : Model::names()) {
@@ -39,7 +33,7 @@ void print_models() {
             const Model model = Model::find(name);
             const io::Safetensors* tensors = model.tensors();
             fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(),
-                       tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? parameters(*tensors) : 0);
+                       tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? tensors->elements() : 0);
         } catch (const Error& error) {
             fmt::print("{:<16}  {}\n", name, error.what());
         }
@@ -59,7 +53,7 @@ void print_model(const std::string& name) {
     fmt::print("\ntensors\n");
     for (const auto& [tensor_name, tensor] : tensors->tensors())
         fmt::print("  {:<16}  {}  [{}]\n", tensor_name, name_of(tensor.type), fmt::join(tensor.shape, ", "));
-    fmt::print("\n{} parameters\n", parameters(*tensors));
+    fmt::print("\n{} parameters\n", tensors->elements());
 }
 
 }  // namespace

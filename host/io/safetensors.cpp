@@ -88,6 +88,12 @@ void check_that_tensors_tile(std::vector<Placed> tensors, int64_t body_size, con
 
 int64_t Tensor::elements() const { return static_cast<int64_t>(bytes.size()) / element_size(type); }
 
+int64_t Safetensors::elements() const {
+    int64_t sum = 0;
+    for (const auto& [name, tensor] : tensors_) sum += tensor.elements();
+    return sum;
+}
+
 std::vector<float> Tensor::floats() const {
     std::vector<float> values(elements());
     if (type == DataType::f32) {

@@ -34,6 +34,7 @@ class Safetensors {
     const std::map<std::string, std::string>& metadata() const { return metadata_; }
     const std::map<std::string, Tensor>& tensors() const { return tensors_; }
     bool has(const std::string& name) const { return tensors_.contains(name); }
+    int64_t elements() const;  // of all tensors
 
     /// A tensor that must be there and have this shape; −1 fits any extent. Errors: file, with name and expectation.
     const Tensor& require(const std::string& name, std::span<const int64_t> shape) const;

@@ -121,20 +121,30 @@ Selection built_in_selection(const Problem& problem, const DeviceProfile& profil
     return best;
 }
 
+Selection obvious_selection(const Problem& problem, const DeviceProfile& profile) {
+    const Implementation& obvious = implementations(problem.node).back();
+    return {&obvious, obvious.choices(problem, profile).front()};
+}
+
 Tuner::Tuner(ocl::Context& context, Tuning mode) : context_(context), mode_(mode), path_(file_for(context.profile())) {
-    if (mode_ != Tuning::fixed) results_ = stored();
+    if (mode_ == Tuning::stored || mode_ == Tuning::measure) results_ = stored();
 }
 
 Selection Tuner::select(const Problem& problem) {
     const std::vector<Selection> candidates = candidates_for(problem, context_.profile());
     if (const auto stored = stored_selection(problem, candidates)) return *stored;
     if (mode_ == Tuning::measure && context_.queue_has_profiling()) return measure(problem, candidates);
-    return built_in_selection(problem, context_.profile());
+    return unmeasured(problem);
 }
 
 Selection Tuner::select_without_measuring(const Problem& problem) const {
     const auto stored = stored_selection(problem, candidates_for(problem, context_.profile()));
-    return stored ? *stored : built_in_selection(problem, context_.profile());
+    return stored ? *stored : unmeasured(problem);
+}
+
+Selection Tuner::unmeasured(const Problem& problem) const {
+    return mode_ == Tuning::obvious ? obvious_selection(problem, context_.profile())
+                                    : built_in_selection(problem, context_.profile());
 }
 
 std::optional<Selection> Tuner::stored_selection(const Problem& problem,

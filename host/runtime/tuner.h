@@ -22,6 +22,9 @@ struct Selection {
 /// What the device's class suggests: the most preferred implementation with its built-in choices.
 Selection built_in_selection(const Problem& problem, const DeviceProfile& profile);
 
+/// The simplest way to run the operator.
+Selection obvious_selection(const Problem& problem, const DeviceProfile& profile);
+
 /// Chooses how operators run on one device and remembers what was measured, in a readable file a device under
 /// cache_directory()/tuning. Processes that measure at the same time add to it.
 class Tuner {
@@ -43,6 +46,8 @@ class Tuner {
     using Results = std::map<std::string, Result>;  // by problem
 
     Selection measure(const Problem& problem, const std::vector<Selection>& candidates);
+    /// Where nothing is stored: by the mode.
+    Selection unmeasured(const Problem& problem) const;
     std::optional<Selection> stored_selection(const Problem& problem, const std::vector<Selection>& candidates) const;
     Results stored() const;
     void store();

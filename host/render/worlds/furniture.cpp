@@ -14,7 +14,7 @@
 
 #include "base/error.h"
 #include "io/file.h"
-#include "render/worlds/temporary_folder.h"
+#include "io/temporary_folder.h"
 
 // sweethome3d-furniture: the catalogues BlendSwap-CC-0 (CC-0), BlendSwap-CC-BY (CC-BY 3.0, the Blend Swap
 // contributors), KatorLegaz (CC-BY 3.0 US, Andrew Kator & Jennifer Legaz) and Scopia (CC-BY 3.0, Scopia Visual
@@ -146,7 +146,7 @@ std::vector<Furniture> read_installed_furniture() {
 }
 
 Model load_furniture(Importer& importer, const Furniture& piece) {
-    const TemporaryFolder unpacked;
+    const io::TemporaryFolder unpacked;
     const std::string place = folder_of(piece.model);
     Zip zip(piece.archive);
     for (const Zip::Entry& entry : zip.entries()) {

@@ -12,8 +12,8 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "io/file.h"
+#include "io/temporary_folder.h"
 #include "render/worlds/seed.h"
-#include "render/worlds/temporary_folder.h"
 
 namespace clarus::render {
 namespace {
@@ -127,7 +127,7 @@ std::shared_ptr<const Texture> Importer::texture_of(const Look& look, const fs::
     if (look.texture.empty()) return plain_;
     try {
         if (look.embedded) {
-            const TemporaryFolder folder_of_it;
+            const io::TemporaryFolder folder_of_it;
             const fs::path file = folder_of_it.path() / "texture";
             io::write_file_atomically(file, std::as_bytes(std::span(*look.embedded)));
             return Texture::load(file);

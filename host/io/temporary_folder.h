@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace clarus::render {
+namespace clarus::io {
 
 /// An empty folder that goes, with all it holds, when this does. Errors: file where none can be made.
 class TemporaryFolder {
@@ -18,4 +18,4 @@ class TemporaryFolder {
     std::filesystem::path path_;
 };
 
-}  // namespace clarus::render
+}  // namespace clarus::io

@@ -1,4 +1,4 @@
-#include "render/worlds/temporary_folder.h"
+#include "io/temporary_folder.h"
 
 #include <stdlib.h>
 
@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 
-namespace clarus::render {
+namespace clarus::io {
 
 TemporaryFolder::TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "clarus-XXXXXX").string();
@@ -23,4 +23,4 @@ TemporaryFolder::~TemporaryFolder() {
     std::filesystem::remove_all(path_, ignored);
 }
 
-}  // namespace clarus::render
+}  // namespace clarus::io

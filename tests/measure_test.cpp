@@ -1,0 +1,324 @@
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <vector>
+
+#include "clarus/error.h"
+#include "measure/bench.h"
+#include "measure/checks.h"
+#include "measure/comparison.h"
+#include "measure/statistics.h"
+#include "measure/test_sequence.h"
+#include "measure/timed_upscaler.h"
+#include "temporary_folder.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::measure;
+using nlohmann::json;
+
+namespace {
+
+constexpr Size kRender{32, 18};
+
+std::vector<float> noise(Size size, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> values(0, 1);
+    std::vector<float> pixels(size_t{3} * size.width * size.height);
+    for (float& pixel : pixels) pixel = values(random);
+    return pixels;
+}
+
+json figure(double median, double low, double high, int turns = 10) {
+    return {{"median", median}, {"low", low}, {"high", high}, {"turns", turns}, {"steady", true}};
+}
+
+json device(const std::string& selector, const std::string& name) {
+    return {{"profile", {{"selector", selector}, {"name", name}, {"platform", "made up"}, {"driver_version", "1"}}},
+            {"compute_peak", figure(100, 99, 102)},
+            {"copy_bandwidth", figure(10, 9, 11)}};
+}
+
+json item(const std::string& selector, const std::string& model, const json& latency) {
+    return {{"device", selector},
+            {"model", {{"name", model}, {"checksum", nullptr}}},
+            {"output_size", {64, 36}},
+            {"precision", "fp32"},
+            {"score",
+             {{"latency", latency},
+              {"frames_per_second", figure(50, 49, 51)},
+              {"stages", json::array({json{{"name", "resample"}, {"kernel", "rows"}}})}}},
+            {"no_score", nullptr}};
+}
+
+json results(const std::vector<json>& devices, const std::vector<json>& items) {
+    return {{"format", "clarus-bench"},
+            {"version", 1},
+            {"suite", {{"version", "1"}, {"commit", "aaaa"}}},
+            {"devices", devices},
+            {"items", items}};
+}
+
+Comparison compare_files(const json& a, const json& b) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "a.json") << a;
+    std::ofstream(folder / "b.json") << b;
+    return compare(folder / "a.json", folder / "b.json");
+}
+
+}  // namespace
+
+TEST_CASE("quantiles are values that occur") {
+    const std::vector<double> values{5, 1, 4, 2, 3};
+    CHECK(quantile(values, 0.95) == 5);
+    CHECK(quantile(values, 0.6) == 3);
+    CHECK(quantile(values, 0.61) == 4);
+    CHECK(quantile(std::vector{7.0}, 0.99) == 7);
+    CHECK(median(values) == 3);
+    CHECK(median(std::vector<double>{4, 1, 2, 3}) == 2.5);
+}
+
+TEST_CASE("a median's interval is that of the tables of the sign test") {
+    for (const int few : {1, 2, 5}) CHECK(!median_ranks(few));
+    // 6: 1 − 2/64 = 0.969. 9: 1 − 2·10/512 = 0.961. 20: from the 6th to the 15th. 100: from the 40th to the 61st.
+    CHECK(median_ranks(6) == std::pair(0, 5));
+    CHECK(median_ranks(8) == std::pair(0, 7));
+    CHECK(median_ranks(9) == std::pair(1, 7));
+    CHECK(median_ranks(20) == std::pair(5, 14));
+    CHECK(median_ranks(100) == std::pair(39, 60));
+    const auto many = median_ranks(10000);
+    REQUIRE(many);
+    CHECK(many->first == doctest::Approx(5000 - 1.96 * 50).epsilon(0.001));
+}
+
+TEST_CASE("a figure is steady where enough turns agree") {
+    const Figure few = summarise(std::vector<double>{1, 1, 1});
+    CHECK(few.turns == 3);
+    CHECK(!few.steady);
+    const Figure figure = summarise(std::vector<double>{103, 99, 100, 101, 100, 102, 98, 300, 97});
+    CHECK(figure.median == 100);
+    CHECK(figure.low == 98);
+    CHECK(figure.high == 103);
+    CHECK(figure.relative_interval() == doctest::Approx(0.025));
+    CHECK(!figure.steady);
+    CHECK(summarise(std::vector<double>{100, 101, 100, 102, 100, 99}).steady);
+}
+
+TEST_CASE("a ratio is a change where its interval leaves out 1") {
+    const Figure a{100, 98, 104, 10, true}, b{80, 78, 82, 10, true};
+    const Ratio faster = ratio(a, b);
+    CHECK(faster.value == doctest::Approx(0.8));
+    CHECK(faster.low == doctest::Approx(0.75));
+    CHECK(faster.high == doctest::Approx(82.0 / 98));
+    CHECK(faster.is_change());
+    CHECK(!ratio(a, {97, 95, 101, 10, true}).is_change());
+    CHECK(ratio(b, a).is_change());
+}
+
+TEST_CASE("the test sequence is the same everywhere, moves, and says where everything was") {
+    const TestFrame first = test_frame({64, 36}, 3), again = test_frame({64, 36}, 3), other = test_frame({64, 36}, 4);
+    CHECK(first.color == again.color);
+    CHECK(first.color != other.color);
+    uint32_t bits = 0;
+    for (const auto* values : {&first.color, &first.depth, &first.motion})
+        for (const float value : *values) bits = hash(bits ^ static_cast<uint32_t>(std::lround(65536 * value)));
+    CHECK(bits == 2051413755);
+    for (const float value : first.color) CHECK((value >= 0 && value <= 1));
+
+    // Following the motion leads to about the same colour, for the ground is smooth on the whole.
+    double followed = 0, stayed = 0;
+    int count = 0;
+    for (int y = 4; y < 32; ++y) {
+        for (int x = 4; x < 60; ++x) {
+            const int pixel = y * 64 + x;
+            const int from_x = x + static_cast<int>(std::lround(other.motion[2 * pixel]));
+            const int from_y = y + static_cast<int>(std::lround(other.motion[2 * pixel + 1]));
+            if (from_x < 0 || from_y < 0 || from_x >= 64 || from_y >= 36) continue;
+            followed += std::abs(other.color[3 * pixel] - first.color[3 * (from_y * 64 + from_x)]);
+            stayed += std::abs(other.color[3 * pixel] - first.color[3 * pixel]);
+            ++count;
+        }
+    }
+    CHECK(count > 1000);
+    CHECK(followed < 0.7 * stayed);
+}
+
+TEST_CASE("sketches differ by as much as the images") {
+    const Size size{161, 90};
+    const std::vector<float> image = noise(size, 1), error = noise(size, 2);
+    CHECK(difference(sketch(size, image), sketch(size, image)) == 0);
+    for (const float strength : {1e-4f, 1e-2f, 0.5f}) {
+        std::vector<float> wrong = image;
+        for (size_t i = 0; i < wrong.size(); ++i) wrong[i] += strength * (2 * error[i] - 1);
+        // The error's root mean square is strength/√3; the largest of 64 estimates is about 2.5 times that.
+        const double found = difference(sketch(size, image), sketch(size, wrong));
+        CHECK(found > 0.5 * strength);
+        CHECK(found < 3 * strength);
+    }
+    std::vector<float> shifted(image.begin() + 3, image.end());
+    shifted.resize(image.size());
+    CHECK(difference(sketch(size, image), sketch(size, shifted)) > tolerance(Precision::fp16));
+    std::vector<float> black_tile = image;  // of 10×10 pixels
+    for (int y = 40; y < 50; ++y)
+        for (int x = 80; x < 90; ++x) black_tile[3 * (y * size.width + x)] = 0;
+    CHECK(difference(sketch(size, image), sketch(size, black_tile)) > tolerance(Precision::fp16));
+    std::vector<float> broken = image;
+    broken[1000] = std::numeric_limits<float>::quiet_NaN();
+    CHECK(std::isnan(difference(sketch(size, image), sketch(size, broken))));
+    CHECK(sketch({1, 1}, {1, 1, 1})[0] != 0);
+}
+
+TEST_CASE("checks are of a model's weights, scale and size") {
+    const TemporaryFolder folder;
+    const Model network = Model::load(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors");
+    Checks checks;
+    Sketch values{};
+    for (size_t i = 0; i < values.size(); ++i) values[i] = 0.25f * static_cast<float>(i) - 3;
+    checks.set(network, kRender, values);
+    checks.set(Model::filter("bicubic", 1.5), kRender, Sketch{});
+    checks.write(folder / "checks.json");
+    const Checks read = Checks::read(folder / "checks.json");
+    REQUIRE(read.find(network, kRender));
+    CHECK(*read.find(network, kRender) == values);
+    CHECK(!read.find(network, {32, 19}));
+    CHECK(read.find(Model::filter("bicubic", 1.5), kRender));
+    CHECK(!read.find(Model::filter("bicubic", 2), kRender));
+
+    // Another network of the same name.
+    std::filesystem::copy(CLARUS_GOLDEN_DIR "/enss_x2_1x1.model.safetensors",
+                          folder / "enss_x2_table.model.safetensors");
+    CHECK(!read.find(Model::load(folder / "enss_x2_table.model.safetensors"), kRender));
+    CHECK_THROWS_AS(Checks::read(folder / "none.json"), Error);
+    std::ofstream(folder / "wrong.json") << R"({"format": "clarus-bench-checks", "version": 1, "checks": [{}]})";
+    CHECK_THROWS_AS(Checks::read(folder / "wrong.json"), Error);
+}
+
+TEST_CASE("what is timed is checked against the obvious kernels, in both precisions") {
+    BenchOptions options;
+    options.devices = {test_selector()};
+    options.models = {CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", "taau"};
+    options.sizes = {{64, 36}};
+    options.precisions = {Precision::fp32, Precision::fp16};
+    options.seconds = 1e-3;
+    const std::vector<BenchItem> items = bench_items(options);
+    REQUIRE(items.size() == 4);
+    for (const BenchItem& each : items) {
+        const bool is_first = each.precision == Precision::fp32;
+        CHECK(add_check(options.checks, each) == is_first);
+    }
+    double done = 0;
+    const BenchResult result = run_bench(options, items, [&](double fraction) {
+        CHECK(fraction >= 0);
+        CHECK(fraction <= 1);
+        done = fraction;
+    });
+    CHECK(done == 1);
+    REQUIRE(result.items.size() == 4);
+    for (const ItemResult& item : result.items) {
+        CAPTURE(item.model);
+        CAPTURE(item.check.reason);
+        CHECK(item.check.result == Check::Result::passed);
+        CHECK(item.no_score == "");
+        REQUIRE(item.score);
+        CHECK(item.score->latency.turns >= 6);
+        CHECK(item.score->frames == item.score->latency.turns * (kSequenceFrames - 1));
+        CHECK(item.score->p95 >= item.score->latency.median);
+        CHECK(item.score->stages.size() > 2);
+        CHECK(item.score->device_seconds.median > 0);
+    }
+    CHECK(result.devices.size() == 1);
+    CHECK(result.devices[0].compute_peak.turns >= 6);
+}
+
+TEST_CASE("an image that is not the expected one has no score, nor has a model that does not fit its device") {
+    BenchOptions options;
+    options.devices = {test_selector()};
+    options.models = {"bilinear", "bicubic"};
+    options.sizes = {{64, 36}};
+    options.precisions = {Precision::fp32};
+    options.seconds = 1e-3;
+    const std::vector<BenchItem> items = bench_items(options);
+    Sketch wrong{};
+    wrong[5] = std::numeric_limits<float>::quiet_NaN();
+    options.checks.set(items[0].model, items[0].render_size, wrong);
+    options.checks.set(items[1].model, items[1].render_size, Sketch{});
+    const BenchResult result = run_bench(options, items, {});
+    for (const ItemResult& item : result.items) {
+        CHECK(item.check.result == Check::Result::failed);
+        CHECK(!item.score);
+        CHECK(item.no_score.find("not the expected one") != std::string::npos);
+    }
+}
+
+TEST_CASE("two runs are compared by what they have in common") {
+    const json a = results({device("0:0", "chip")}, {item("0:0", "bicubic", figure(0.010, 0.0098, 0.0104)),
+                                                     item("0:0", "lanczos", figure(0.020, 0.019, 0.021)),
+                                                     item("0:0", "fsr1", figure(0.03, 0.03, 0.03))});
+    json b = results({device("0:0", "chip")}, {item("0:0", "lanczos", figure(0.0205, 0.0195, 0.0215)),
+                                               item("0:0", "bicubic", figure(0.008, 0.0078, 0.0082)),
+                                               item("0:0", "taau", figure(0.03, 0.03, 0.03))});
+    b["suite"]["commit"] = "bbbb";
+    b["devices"][0]["profile"]["driver_version"] = "2";
+    b["items"][1]["score"]["stages"][0]["kernel"] = "tiles";
+    const Comparison comparison = compare_files(a, b);
+    REQUIRE(comparison.items.size() == 2);
+    const ItemChange& bicubic = comparison.items[0];
+    CHECK(bicubic.model == "bicubic");
+    REQUIRE(bicubic.latency);
+    CHECK(bicubic.latency->b_over_a.value == doctest::Approx(0.8));
+    CHECK(bicubic.latency->b_over_a.low == doctest::Approx(0.75));
+    CHECK(bicubic.latency->b_over_a.high == doctest::Approx(0.0082 / 0.0098));
+    CHECK(bicubic.latency->b_over_a.is_change());
+    CHECK(bicubic.latency->is_bounded());
+    CHECK(!comparison.items[1].latency->b_over_a.is_change());
+    CHECK(comparison.only_a == std::vector<std::string>{"fsr1 64x36 fp32"});
+    CHECK(comparison.only_b == std::vector<std::string>{"taau 64x36 fp32"});
+    REQUIRE(comparison.facts.size() == 3);
+    CHECK(comparison.facts[0].what == "commit");
+    CHECK(comparison.facts[0].b == "bbbb");
+    CHECK(comparison.facts[1].what == "chip: driver");
+    CHECK(comparison.facts[2].what == "bicubic 64x36 fp32: kernel of resample");
+    CHECK(comparison.facts[2].a == "rows");
+    CHECK(comparison.facts[2].b == "tiles");
+}
+
+TEST_CASE("devices of two machines are paired by their names, then in their order") {
+    const json a = results({device("0:0", "one"), device("1:0", "two")}, {item("1:0", "bicubic", figure(1, 1, 1, 3))});
+    json b = results({device("0:0", "two"), device("0:1", "three")}, {item("0:0", "bicubic", figure(2, 2, 2))});
+    Comparison comparison = compare_files(a, b);
+    REQUIRE(comparison.devices.size() == 2);
+    CHECK(comparison.devices[0].b == "three");
+    CHECK(comparison.devices[1].b == "two");
+    REQUIRE(comparison.items.size() == 1);
+    CHECK(comparison.items[0].device_b == "two");
+    CHECK(!comparison.items[0].latency->is_bounded());
+
+    b["items"][0]["score"] = nullptr;
+    b["items"][0]["no_score"] = "it was wrong";
+    comparison = compare_files(a, b);
+    CHECK(!comparison.items[0].latency);
+    CHECK(comparison.items[0].no_score == "B: it was wrong");
+
+    // A device that the other file lacks.
+    comparison = compare_files(a, results({device("0:0", "one")}, {item("0:0", "bicubic", figure(1, 1, 1))}));
+    CHECK(comparison.items.empty());
+    CHECK(comparison.only_a.size() == 1);
+    CHECK(comparison.only_b.size() == 1);
+}
+
+TEST_CASE("files that hold no results are refused") {
+    const json good = results({device("0:0", "chip")}, {item("0:0", "bicubic", figure(1, 1, 1))});
+    CHECK_THROWS_AS(compare_files({{"format", "something"}}, good), Error);
+    CHECK_THROWS_AS(compare_files(json::array(), good), Error);
+    json broken = good;
+    broken["items"][0]["score"]["latency"]["median"] = 0;
+    CHECK_THROWS_WITH_AS(compare_files(good, broken), doctest::Contains("items[0].score.latency.median"), Error);
+    broken = good;
+    broken["devices"] = 3;
+    CHECK_THROWS_AS(compare_files(good, broken), Error);
+}
