@@ -148,7 +148,14 @@ class PyTorch:
         if os.environ.get("CLARUS_PEERS_TORCH_COMPILE"):
             ways["compiled"] = lambda: (torch.compile(module), tensors)
         self.version, self.names = f"PyTorch {torch.__version__}", names
-        timed = {name: self.time(make()) for name, make in ways.items()}
+        timed, failed = {}, []
+        for name, make in ways.items():
+            try:
+                timed[name] = self.time(make())
+            except Exception as error:  # its optimiser does not take every graph
+                failed.append(f"{name}: {error}")
+        if not timed:
+            raise Unable("; ".join(failed))
         self.way = min(timed, key=lambda name: timed[name][0])
         self.call = timed[self.way][1]
 
