@@ -8,6 +8,7 @@ from torch import nn
 import torch.nn.functional as F
 
 from . import losses, model_file, operators
+from .layers import through
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
 CLIPS = [12, 24]
@@ -107,23 +108,36 @@ class Enss(nn.Module):
                 warped = torch.where(operators.expand_blocks(valid, state.shape[2:]), warped, history)
             history = warped
         history = operators.space_to_depth(history, s)
-        planes = color.new_tensor(frame.jitter)[:, None, None].expand(color.shape[0], 2, *color.shape[2:])
-        x = torch.cat((color, frame.depth, planes, history), dim=1).contiguous(memory_format=torch.channels_last)
-        x = F.relu(F.conv2d(x, kernels["first.weight"], kernels["first.bias"], padding=1))
-        for layer in self.body:
-            x = F.relu(layer(x))
-        x = F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1).to(color.dtype).contiguous()
-        alpha, candidate, feature = x.split((s * s, 3 * s * s, s * s), dim=1)
-        alpha, warped = torch.sigmoid(alpha), history[:, : 3 * s * s]
-        if "blending" in self.without:
-            alpha = torch.ones_like(alpha)
-        blended = torch.lerp(*(image.unflatten(1, (-1, s * s)) for image in (warped, candidate, alpha)))
-        output = blended.flatten(1, 2).clamp(0, 1)
-        state = operators.depth_to_space(torch.cat((output, feature), dim=1), s)
+        x = self.layers(self.network_input(frame, history), kernels).to(color.dtype).contiguous()
+        state, alpha, candidate = self.blend(history, x)
         if inside is not None:
             seen = dict(warped=history, alpha=alpha, candidate=candidate)
             inside.update({name: operators.depth_to_space(image, s) for name, image in seen.items()})
         return state[:, :3], state
+
+    def network_input(self, frame, history):
+        color = frame.color
+        planes = color.new_tensor(frame.jitter)[:, None, None].expand(color.shape[0], 2, *color.shape[2:])
+        return torch.cat((color, frame.depth, planes, history), dim=1)
+
+    def layers(self, x, kernels):
+        """The convolutions, the last without an activation."""
+        x = x.contiguous(memory_format=torch.channels_last)
+        x = F.relu(F.conv2d(x, kernels["first.weight"], kernels["first.bias"], padding=1))
+        x = through(self.body, x)
+        return F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1)
+
+    def blend(self, history, x):
+        """The new state of what `layers` returned; and α and the candidate, as channels of render pixels."""
+        s = self.scale
+        alpha, candidate, feature = x.split((s * s, 3 * s * s, s * s), dim=1)
+        alpha, warped = torch.sigmoid(alpha), history[:, : 3 * s * s]
+        if "blending" in self.without:
+            alpha = torch.ones_like(alpha)
+        size = (x.shape[0], -1, s * s, *x.shape[2:])
+        blended = operators.mix(*(image.reshape(size) for image in (warped, candidate, alpha)))
+        output = blended.flatten(1, 2).clamp(0, 1)
+        return operators.depth_to_space(torch.cat((output, feature), dim=1), s), alpha, candidate
 
 
 def kernel_shapes(scale, features):

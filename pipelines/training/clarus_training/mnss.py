@@ -5,7 +5,7 @@ from torch import nn
 import torch.nn.functional as F
 
 from . import losses, operators
-from .layers import convolutions
+from .layers import convolutions, linear_at_last
 
 CLIPS = [8]
 RATE = 1e-3
@@ -40,15 +40,11 @@ class Mnss(nn.Module):
             before = operators.pick(torch.cat((warped, warped_depth), dim=1), s, jitter)
             difference = (torch.cat((color, frame.depth), dim=1) - before).abs()
             weight = operators.upsample(torch.sigmoid(self.inpaint(difference)).to(color.dtype), s, jitter)
-            history = torch.lerp(warped, upsampled, weight)
-        first, second = self.antialias
+            history = operators.mix(warped, upsampled, weight)
         seen = torch.cat((color, F.avg_pool2d(history, s)), dim=1)
-        antialiased = color + second(F.relu(first(seen))).to(color.dtype)
-        x = blended = operators.place(history, antialiased, s, jitter)
-        *layers, last = self.reconstruct
-        for layer in layers:
-            x = F.relu(layer(x))
-        output = (blended + last(x).to(color.dtype)).clamp(0, 1)
+        antialiased = color + linear_at_last(self.antialias, seen).to(color.dtype)
+        blended = operators.place(history, antialiased, s, jitter)
+        output = (blended + linear_at_last(self.reconstruct, blended).to(color.dtype)).clamp(0, 1)
         if inside is not None:
             inside.update(history=history, antialiased=antialiased, **({} if weight is None else {"weight": weight}))
         return output, (upsampled if "recurrence" in self.without else output, depth)

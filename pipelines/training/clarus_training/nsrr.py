@@ -5,7 +5,7 @@ from torch import nn
 import torch.nn.functional as F
 
 from . import losses, model_file, operators
-from .layers import convolutions
+from .layers import convolutions, linear_at_last, through
 
 SIZES = {"full": 32, "fast": 16}  # name: width of the U-Net's outermost layers
 FEATURES = (32, 32, 8)
@@ -33,16 +33,8 @@ class UNet(nn.Module):
         enc2 = through(self.enc2, F.max_pool2d(enc1, 2))
         x = through(self.bottleneck, F.max_pool2d(enc2, 2))
         x = through(self.dec2, torch.cat((operators.upsample(x, 2), enc2), dim=1))
-        first, last = self.dec1
-        x = F.relu(first(torch.cat((operators.upsample(x, 2), enc1), dim=1)))
-        return last(x)[:, :, :height, :width]
-
-
-def through(layers, x):
-    """Convolutions, a ReLU after each."""
-    for layer in layers:
-        x = F.relu(layer(x))
-    return x
+        x = linear_at_last(self.dec1, torch.cat((operators.upsample(x, 2), enc1), dim=1))
+        return x[:, :, :height, :width]
 
 
 class Nsrr(nn.Module):
@@ -70,6 +62,10 @@ class Nsrr(nn.Module):
         maps = [torch.cat((z, share * through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
         return list(zip(*maps))
 
+    def weights(self, raw):
+        """How much each previous frame counts, [N, n, H, W], by the first four channels of all frames' maps."""
+        return 5 * (torch.tanh(linear_at_last(self.reweight, raw)) + 1)
+
     def maps(self, frame, state=None, ahead=None):
         """The zero-upsampled current map, the warped history B_1 …, as far as there is one, and the new state."""
         s, n = self.scale, self.previous_frames
@@ -91,9 +87,7 @@ class Nsrr(nn.Module):
         history += [torch.zeros_like(current)] * (n - len(history))
         weighted = []
         if n:
-            first, second, last = self.reweight
-            r = torch.cat([image[:, :4] for image in (current, *history)], dim=1)
-            weights = 5 * (torch.tanh(last(F.relu(second(F.relu(first(r)))))) + 1)
+            weights = self.weights(torch.cat([image[:, :4] for image in (current, *history)], dim=1))
             if "reweighting" in self.without:
                 weights = torch.ones_like(weights)
             weighted = [weights[:, i : i + 1] * image for i, image in enumerate(history)]

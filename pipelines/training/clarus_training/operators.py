@@ -7,6 +7,7 @@ pixels, shared by the batch.
 
 import math
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 
@@ -30,6 +31,8 @@ def sample(image, grid, border="clamp"):
 
 def upsample(image, scale, jitter=(0.0, 0.0)):
     """HR pixel (X, Y) = bilinear(image; (X+½)/s − ½ − jx, (Y+½)/s − ½ − jy; clamp)."""
+    if tuple(jitter) == (0, 0):
+        return F.interpolate(image, scale_factor=scale, mode="bilinear", align_corners=False)
     batch, _, height, width = image.shape
     u = (torch.arange(scale * width, dtype=image.dtype, device=image.device) + 0.5) / scale - 0.5 - jitter[0]
     v = (torch.arange(scale * height, dtype=image.dtype, device=image.device) + 0.5) / scale - 0.5 - jitter[1]
@@ -61,21 +64,37 @@ def upsample_motion(motion, scale, jitter):
 def keys_upsample(image, scale, jitter=(0.0, 0.0)):
     """The `bicubic` filter: Keys a = −½, 4×4 taps, border clamp, jitter-aware, clamped to [0, 1]."""
 
-    def along(image, axis, offset):
-        size = image.shape[axis]
-        u = (torch.arange(scale * size, dtype=torch.float64) + 0.5) / scale - 0.5 - offset
-        base = torch.floor(u)
-        result = 0
-        for tap in range(-1, 3):
-            x = (u - base - tap).abs()
-            near = 1.5 * x**3 - 2.5 * x**2 + 1
-            far = -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2
-            weight = torch.where(x <= 1, near, far).to(image)
-            taps = image.index_select(axis, (base + tap).long().clamp(0, size - 1).to(image.device))
-            result = result + taps * (weight if axis == 3 else weight[:, None])
-        return result
+    def keys(distance):
+        x = np.abs(distance)
+        near = 1.5 * x**3 - 2.5 * x**2 + 1
+        far = -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2
+        return np.where(x <= 1, near, np.where(x < 2, far, 0))
 
-    return along(along(image, 3, jitter[0]), 2, jitter[1]).clamp(0, 1)
+    return filter_upsample(image, scale, keys, 2, jitter).clamp(0, 1)
+
+
+def filter_upsample(image, scale, kernel, radius, jitter=(0.0, 0.0)):
+    """The pixels around (X+½)/s − ½ − jx, (Y+½)/s − ½ − jy, weighted along each axis by `kernel` of their distances,
+
+    which is 0 from `radius` on; normalised; border clamp. Output pixels at the same place in their s×s tiles have the
+    same weights: all of it is one dense convolution, which every framework is fast at.
+    """
+    phase = (np.arange(scale) + 0.5) / scale - 0.5
+    reach = radius + max(math.ceil(abs(j)) for j in jitter)
+    tap = np.arange(-reach, reach + 1)
+    along_x, along_y = (kernel((phase - j)[:, None] - tap) for j in jitter)
+    weights = np.einsum("yv,xu->yxvu", *(w / w.sum(axis=1, keepdims=True) for w in (along_y, along_x)))
+    channels = image.shape[1]
+    weights = np.einsum("oi,yxvu->oyxivu", np.eye(channels), weights).reshape(-1, channels, len(tap), len(tap))
+    padded = F.pad(image, (reach,) * 4, mode="replicate")
+    with torch.autocast(image.device.type, enabled=False):
+        return depth_to_space(F.conv2d(padded, torch.from_numpy(weights).to(image)), scale)
+
+
+def mix(a, b, weight):
+    """(1 − weight) · a + weight · b."""
+    # Exported, torch.lerp is two such sums, and a choice between them by the weight.
+    return a + weight * (b - a) if torch.onnx.is_in_onnx_export() else torch.lerp(a, b, weight)
 
 
 def mark_invalid(motion):
@@ -109,8 +128,14 @@ def dilate_blocks(motion, depth, scale):
 
 def expand_blocks(blocks, size):
     """Values of blocks [N, C, rows, columns] for every pixel of an HR image of that (height, width)."""
-    whole = blocks.repeat_interleave(DILATE_BLOCK, 2).repeat_interleave(DILATE_BLOCK, 3)
-    return whole[:, :, : size[0], : size[1]]
+    return tiles(blocks, DILATE_BLOCK)[:, :, : size[0], : size[1]]
+
+
+def tiles(image, size):
+    """Every pixel as a tile of size×size pixels."""
+    batch, channels, height, width = image.shape
+    whole = image[:, :, :, None, :, None].expand(-1, -1, -1, size, -1, size)
+    return whole.reshape(batch, channels, size * height, size * width)
 
 
 def dilate(motion, depth, scale):
@@ -216,8 +241,9 @@ def sample_position(scale, jitter):
 def zero_upsample(image, scale, jitter):
     """HR pixel (s·i + q_x, s·j + q_y) = image(i, j), every other HR pixel 0."""
     batch, channels, height, width = image.shape
-    zero = image.new_zeros(batch, channels, scale * height, scale * width)
-    return place(zero, image, scale, jitter)
+    qx, qy = sample_position(scale, jitter)
+    apart = F.pad(image[:, :, :, None, :, None], (qx, scale - 1 - qx, 0, 0, qy, scale - 1 - qy))
+    return apart.reshape(batch, channels, scale * height, scale * width)
 
 
 def pick(image, scale, jitter):
@@ -228,9 +254,11 @@ def pick(image, scale, jitter):
 
 def place(image, samples, scale, jitter):
     """A copy of the HR image with the pixels of `pick` replaced by the LR samples."""
-    result = image.clone()
-    pick(result, scale, jitter).copy_(samples)
-    return result
+    height, width = image.shape[-2:]
+    qx, qy = sample_position(scale, jitter)
+    column = torch.arange(width, device=image.device) % scale == qx
+    row = torch.arange(height, device=image.device) % scale == qy
+    return torch.where(row[:, None] & column, tiles(samples, scale), image)
 
 
 def ycbcr(image):

@@ -2,12 +2,13 @@
 
 import math
 
+import numpy as np
 import torch
 from torch import nn
 import torch.nn.functional as F
 
 from . import losses, operators
-from .layers import convolutions
+from .layers import convolutions, through
 
 CLIPS = [1]
 RATE = 1e-3
@@ -30,16 +31,16 @@ class Srpo(nn.Module):
 
     def offsets(self, color):
         """Raw offsets [N, 2, H, W] in render pixels."""
-        first, second, last = self.conv
-        x = F.relu(second(F.relu(first(color))))
-        return last(F.interpolate(x, scale_factor=self.scale, mode="nearest")).to(color.dtype)
+        *layers, last = self.conv
+        x = F.interpolate(through(layers, color), scale_factor=self.scale, mode="nearest")
+        return last(x).to(color.dtype)
 
     def step(self, frame, state=None, ahead=None, inside=None):
         raw = self.offsets(frame.color)
         offsets = rounded(raw)
         projected = project(frame.color, offsets, self.scale)
         mask = blur((offsets != 0).any(dim=1, keepdim=True).to(raw.dtype)).clamp(0, 1)
-        output = torch.lerp(lanczos_upsample(frame.color, self.scale), projected, mask)
+        output = operators.mix(lanczos_upsample(frame.color, self.scale), projected, mask)
         if inside is not None:
             inside.update(raw=raw, projected=projected, mask=mask)
         return output, None
@@ -61,20 +62,10 @@ def project(color, offsets, scale):
 def lanczos_upsample(image, scale):
     """Lanczos-3 at (X+½)/s − ½, weights normalised, border clamp, the result clamped to [0, 1]."""
 
-    def along(image, axis):
-        size = image.shape[axis]
-        u = (torch.arange(scale * size, dtype=torch.float64) + 0.5) / scale - 0.5
-        base = u.floor()
-        distances = [u - base - tap for tap in range(-2, 4)]
-        weights = torch.stack([torch.sinc(d) * torch.sinc(d / 3) for d in distances])
-        weights = (weights / weights.sum(dim=0)).to(image)
-        result = 0
-        for tap, weight in zip(range(-2, 4), weights):
-            taps = image.index_select(axis, (base + tap).long().clamp(0, size - 1).to(image.device))
-            result = result + taps * (weight if axis == 3 else weight[:, None])
-        return result
+    def lanczos(distance):
+        return np.where(np.abs(distance) < 3, np.sinc(distance) * np.sinc(distance / 3), 0)
 
-    return along(along(image, 3), 2).clamp(0, 1)
+    return operators.filter_upsample(image, scale, lanczos, 3).clamp(0, 1)
 
 
 def blur(mask):

@@ -100,7 +100,7 @@ def apply(layer, module, x):
     if kind == "product":
         first, second = x.chunk(2, dim=1)
         return first * second
-    grouped = x.unflatten(1, (layer.get("groups", 1), -1))
+    grouped = x.reshape(x.shape[0], layer.get("groups", 1), -1, *x.shape[2:])
     if kind == "softmax":
         return grouped.softmax(dim=2).flatten(1, 2)
     return grouped.amax(dim=2) if kind == "maximum" else grouped.sum(dim=2)

@@ -1,0 +1,134 @@
+"""Prepares, takes turns, prints: run.py starts this in the virtual environment. What is measured: README.md."""
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import table
+from compare import difference
+from turns import Process, take_turns
+
+HERE = Path(__file__).parent
+TREE = HERE.parent.parent
+PEERS = {"onnxruntime": "ONNX Runtime", "openvino": "OpenVINO", "ncnn": "ncnn", "pytorch": "PyTorch"}
+# Stages between the convolutions that the peers' networks hold, too.
+NETWORK_STAGE = re.compile(r"convolution|^(features|reweight|unet)|^(relu|tanh|sigmoid|prelu|depth_to_space) \d")
+
+
+def shipped():
+    return {path.stem: path for path in sorted(TREE.glob("pipelines/*/weights/*.safetensors"))}
+
+
+def one_of_each():
+    """For every pipeline with weights one model: medium, and of scale 2, where there is such."""
+    best = {}
+    for name, path in shipped().items():
+        key = ("-m-" not in name, "x2" not in name, name)
+        best[path.parent] = min(best.get(path.parent, (key, name)), (key, name))
+    return [name for _, name in best.values()]
+
+
+def chosen_models(names):
+    known = shipped()
+    for name in {"default": one_of_each(), "all": list(known)}.get(names[0], names):
+        path = known.get(name, Path(name))
+        if not path.is_file():
+            raise SystemExit(f"peers: {name}: neither a file nor one of {', '.join(known)}")
+        yield path.resolve()
+
+
+def prepare(model, output, folder):
+    """The case of a model, its graphs in `folder`."""
+    from clarus_training import safetensors
+
+    scale = int(safetensors.load(model)[1]["scale"])
+    width, height = (int(extent) // scale for extent in output.split("x"))
+    subprocess.run([sys.executable, HERE / "prepare.py", model, f"{width}x{height}", folder], check=True)
+    return json.loads((folder / "case.json").read_text())
+
+
+def start_clarus(tool, device, case, folder):
+    """The process, and an entry with the device and how far its output is from PyTorch's."""
+    size, jitter = case["size"], case["jitter"]
+    process = Process([tool, device, case["model"], *size, *jitter, folder], threads=1)
+    if "error" in process.about or "error" in (checked := process.ask("check")):
+        return process, {"error": process.about.get("error") or checked["error"]}
+    expected = next(iter(np.load(folder / "frame" / "outputs.npz").values()))[0, :3]
+    actual = np.fromfile(folder / "clarus.f32", np.float32).reshape(*expected.shape[1:], 3).transpose(2, 0, 1)
+    return process, {"difference": difference([(actual, expected)]), **process.about}
+
+
+def clarus_seconds(part, answer):
+    if part == "frame":
+        return answer["seconds"]
+    return sum(stage["seconds"] for stage in answer["stages"] if NETWORK_STAGE.search(stage["name"]))
+
+
+def measure(part, case, folder, clarus, entry, options):
+    """A result as table.py has it, of a model's network or frame."""
+    threads = options.threads or entry.get("threads") or os.cpu_count()
+    peers = {name: Process([sys.executable, HERE / "worker.py", name, folder / part, threads], threads)
+             for name in options.peers}  # fmt: skip
+    entries = {PEERS[name]: dict(process.about) for name, process in peers.items()}
+    running = {PEERS[name]: process for name, process in peers.items() if "error" not in process.about}
+    if "error" not in entry:
+        running["Clarus"] = clarus
+    answers, failed = take_turns(running, options.seconds, time.monotonic)
+    for process in peers.values():
+        process.close()
+    entries["Clarus"] = dict(entry)
+    for name, given in answers.items():
+        seconds = [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
+                   if "error" not in answer]  # fmt: skip
+        entries[name].update(failed.get(name, {"seconds": seconds}))
+    own = entries.pop("Clarus")
+    return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
+            "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="./run peers", description="Clarus and its peers on the same networks.")
+    parser.add_argument("--models", nargs="+", default=["default"],
+                        help="shipped ones, files, or `all`; unless told, one of every pipeline")  # fmt: skip
+    parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
+    parser.add_argument("--parts", nargs="+", choices=list(table.BARS), default=list(table.BARS))
+    parser.add_argument("--output", default="1920x1080", metavar="WxH", help="the size of the output")
+    parser.add_argument("--device", default="cpu", help="Clarus's, as `clarus devices` has them")
+    parser.add_argument("--threads", type=int, help="the peers'; unless told, the device's compute units")
+    parser.add_argument("--seconds", type=float, default=15, help="for the turns of a network or frame")
+    parser.add_argument("--tool", default=TREE / "build/bin/clarus_turn", help="the program that runs Clarus's frames")
+    parser.add_argument("--work", type=Path, default=TREE / "build/peers", help="a folder for graphs")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    parser.add_argument("--markdown", action="store_true", help="print the table for a README")
+    options = parser.parse_args()
+
+    busy = os.getloadavg()[0]
+    if busy > 0.5:
+        print(f"peers: the machine has other work (load {busy:.1f}): figures will be unsteady", file=sys.stderr)
+    results = []
+    for model in chosen_models(options.models):
+        folder = options.work / model.name
+        print(f"peers: {model.name}", file=sys.stderr)
+        case = prepare(model, options.output, folder)
+        clarus, entry = start_clarus(options.tool, options.device, case, folder)
+        results += [measure(part, case, folder, clarus, entry, options) for part in options.parts]
+        clarus.close()
+    versions = {entry["version"] for result in results for entry in result["peers"].values() if "version" in entry}
+    devices = {result["clarus"]["device"] for result in results if "device" in result["clarus"]}
+    threads = sorted({result["threads"] for result in results})
+    print(f"{', '.join(sorted(versions))}; Clarus on {', '.join(devices)}; {threads[0]} threads; output {options.output}")
+    print()
+    print(table.markdown(results) if options.markdown else table.text(results))
+    if options.json:
+        options.json.write_text(json.dumps({"version": 1, "output": options.output, "results": results}, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,40 @@
+"""prepare.py MODEL WIDTHxHEIGHT FOLDER: a model's graphs, and what goes in and has to come out of them.
+
+FOLDER gets the frame for Clarus, color.f32, depth.f32 and motion.f32; and in folders `network` and `frame` each a
+graph.onnx with inputs.npz and outputs.npz, which PyTorch computed op by op in single precision.
+case.json says what model of which pipeline, size and jitter it is.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from clarus_training import model_file, onnx
+
+
+def main(model, size, folder):
+    torch.set_float32_matmul_precision("highest")
+    network = model_file.load(model)
+    size = [int(extent) for extent in size.split("x")]
+    frame = onnx.smooth_frame(network, size)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ("color", "depth", "motion"):
+        getattr(frame, name)[0].permute(1, 2, 0).contiguous().numpy().tofile(folder / f"{name}.f32")
+    for part, make in onnx.GRAPHS.items():
+        graph = make(network, frame)
+        (folder / part).mkdir(exist_ok=True)
+        with torch.inference_mode():
+            outputs = graph.module(*graph.inputs.values())
+        outputs = outputs if isinstance(outputs, tuple) else (outputs,)
+        np.savez(folder / part / "inputs.npz", **{name: tensor.numpy() for name, tensor in graph.inputs.items()})
+        np.savez(folder / part / "outputs.npz", **{name: each.numpy() for name, each in zip(graph.outputs, outputs)})
+        onnx.save(str(folder / part / "graph.onnx"), graph)
+    case = dict(model=model, pipeline=network.pipeline, scale=network.scale, size=size, jitter=frame.jitter)
+    (folder / "case.json").write_text(json.dumps(case))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], Path(sys.argv[3]))

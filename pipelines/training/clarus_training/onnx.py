@@ -1,0 +1,231 @@
+"""A model as an ONNX graph of one size and jitter: python3 -m clarus_training.onnx MODEL GRAPH.onnx --size 960x540.
+
+`--part network` leaves out all but the convolutions and what lies between them. State is inputs and outputs of the
+graph. All motion counts as valid, so that the graphs hold no fallbacks for vectors that are not.
+"""
+
+import argparse
+import inspect
+import warnings
+from typing import NamedTuple
+
+import torch
+from torch import nn
+
+from . import enss, model_file, operators
+from .frame import Frame
+from .layers import linear_at_last, through
+
+OPSET = 16  # the first with GridSample
+
+
+class Graph(NamedTuple):
+    """`module`, called with the values of `inputs` in their order, returns as many tensors as `outputs` names."""
+
+    module: nn.Module
+    inputs: dict
+    outputs: list
+
+
+class EnssNetwork(nn.Module):
+    """The convolutions, with the kernels of one jitter."""
+
+    def __init__(self, network, jitter):
+        super().__init__()
+        self.network = network
+        with torch.no_grad():
+            kernels = enss.split_kernels(network.kernels([jitter])[0], network.scale, network.features)
+        self.kernels = nn.ParameterDict({name.replace(".", "_"): tensor for name, tensor in kernels.items()})
+
+    def forward(self, x):
+        kernels = {name.replace("_", "."): tensor for name, tensor in self.kernels.items()}
+        return self.network.layers(x, kernels).contiguous()
+
+
+class EnssFrame(nn.Module):
+    """The new state, whose first three channels are the output."""
+
+    def __init__(self, network, jitter):
+        super().__init__()
+        self.network, self.jitter, self.convolutions = network, jitter, EnssNetwork(network, jitter)
+
+    def forward(self, color, depth, motion, state):
+        scale = self.network.scale
+        warped = operators.warp(state, operators.dilate(motion, depth, scale), "clamp", 0)
+        history = operators.space_to_depth(warped, scale)
+        x = self.network.network_input(Frame(color, depth, motion, self.jitter), history)
+        return self.network.blend(history, self.convolutions(x))[0]
+
+
+class NsrrNetwork(nn.Module):
+    """Both sets of features, the previous frames' weights, and the U-Net."""
+
+    def __init__(self, network):
+        super().__init__()
+        self.network = network
+
+    def forward(self, z, raw, maps):
+        features = [through(layers, z) for layers in self.sets()]
+        weights = [self.network.weights(raw)] if self.network.previous_frames else []
+        return (*features, *weights, self.network.unet(maps))
+
+    def sets(self):
+        network = self.network
+        return [network.features_current] + ([network.features_previous] if network.previous_frames else [])
+
+
+class MnssNetwork(nn.Module):
+    """The convolutions of inpainting, antialiasing and reconstruction."""
+
+    def __init__(self, network):
+        super().__init__()
+        self.network = network
+
+    def forward(self, difference, seen, blended):
+        network = self.network
+        antialiased = linear_at_last(network.antialias, seen)
+        return network.inpaint(difference), antialiased, linear_at_last(network.reconstruct, blended)
+
+
+class Call(nn.Module):
+    """A network's method as a module of its own."""
+
+    def __init__(self, network, name):
+        super().__init__()
+        self.network, self.name = network, name
+
+    def forward(self, image):
+        return getattr(self.network, self.name)(image)
+
+
+class FrameStep(nn.Module):
+    """A network's step, its state one tensor after the other."""
+
+    def __init__(self, network, jitter):
+        super().__init__()
+        self.network, self.jitter = network, jitter
+
+    def forward(self, color, depth, motion, *state):
+        output, state = self.network.step(Frame(color, depth, motion, self.jitter), state)
+        # MNSS's state begins with the output, which so is returned once.
+        return tuple(state) if state and state[0] is output else (output, *state)
+
+
+class FrameAlone(nn.Module):
+    """The step of a network that looks at one frame's colour."""
+
+    def __init__(self, network):
+        super().__init__()
+        self.network = network
+
+    def forward(self, color):
+        return self.network.step(Frame(color, None, None, (0.0, 0.0)))[0]
+
+
+def own_jitter(network):
+    """A jitter that the network has kernels for."""
+    if isinstance(getattr(network, "kernels", None), enss.KernelTable):
+        return tuple(network.kernels.jitters[-1].tolist())
+    return operators.halton_jitter()[1]
+
+
+def lasting_state(network, frame):
+    """The state when this frame has been shown often enough for all of the state to be there."""
+    state = None
+    with torch.no_grad():
+        for _ in range(max(1, getattr(network, "previous_frames", 1))):
+            state = network.step(frame, state)[1]
+    return state
+
+
+def frame_graph(network, frame):
+    """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `lasting_state`."""
+    images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
+    if network.pipeline in ("srpo", "stack"):
+        return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
+    state = lasting_state(network, frame)
+    if network.pipeline == "enss":
+        return Graph(EnssFrame(network, frame.jitter), dict(images, previous_state=state), ["state"])
+    module = FrameStep(network, frame.jitter)
+    if network.pipeline == "mnss":
+        previous = dict(zip(("previous_output", "previous_depth"), state))
+        return Graph(module, {**images, **previous}, ["output", "upsampled_depth"])
+    maps = [f"map_{i + 1}" for i in range(len(state))]
+    previous = {f"previous_{name}": tensor for name, tensor in zip(maps, state)}
+    return Graph(module, {**images, **previous}, ["output", *maps])
+
+
+def network_graph(network, frame):
+    """The convolutions alone, at the frame's size and jitter. Values of `inputs` are noise."""
+    generator = torch.Generator().manual_seed(0)
+    height, width = frame.color.shape[-2:]
+
+    def noise(channels, factor=1):
+        return torch.rand(1, channels, factor * height, factor * width, generator=generator).to(frame.color)
+
+    s = network.scale
+    if network.pipeline == "enss":
+        return Graph(EnssNetwork(network, frame.jitter), {"x": noise(6 + 4 * s * s)}, ["predictions"])
+    if network.pipeline == "nsrr":
+        n = network.previous_frames
+        inputs = {"z": noise(4), "raw": noise(4 + 4 * n, s), "maps": noise(12 * (1 + n), s)}
+        more = ["features_previous", "weights"] if n else []
+        return Graph(NsrrNetwork(network), inputs, ["features_current", *more, "image"])
+    if network.pipeline == "mnss":
+        inputs = {"difference": noise(4), "seen": noise(6), "blended": noise(3, s)}
+        return Graph(MnssNetwork(network), inputs, ["weight", "antialiased", "residual"])
+    if network.pipeline == "srpo":
+        return Graph(Call(network, "offsets"), {"color": noise(3)}, ["offsets"])
+    channels = {"rgb": 3, "luma": 1}[network.network_color]
+    return Graph(Call(network, "run_layers"), {"seen": noise(channels)}, ["image"])
+
+
+GRAPHS = {"network": network_graph, "frame": frame_graph}
+
+
+def smooth_frame(network, size, seed=0):
+    """A frame of (width, height) without detail, its motion up to three pixels."""
+    generator = torch.Generator().manual_seed(seed)
+    width, height = size
+
+    def image(channels):
+        coarse = torch.rand(1, channels, 2 + height // 16, 2 + width // 16, generator=generator)
+        return nn.functional.interpolate(coarse, (height, width), mode="bilinear", align_corners=False)
+
+    return Frame(image(3), image(1), 6 * image(2) - 3, own_jitter(network))
+
+
+def save(path, graph):
+    """Writes the graph; needs no package beside PyTorch."""
+    # Since 2.9 the exporter that traces has to be asked for.
+    tracing = {"dynamo": False} if "dynamo" in inspect.signature(torch.onnx.export).parameters else {}
+    with warnings.catch_warnings(), torch.no_grad():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            graph.module,
+            tuple(graph.inputs.values()),
+            path,
+            input_names=list(graph.inputs),
+            output_names=graph.outputs,
+            opset_version=OPSET,
+            **tracing,
+        )
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Export a model as an ONNX graph of one size and jitter.")
+    parser.add_argument("model")
+    parser.add_argument("graph")
+    parser.add_argument("--size", required=True, metavar="WxH", help="the render size")
+    parser.add_argument("--part", choices=sorted(GRAPHS), default="frame")
+    arguments = parser.parse_args()
+    network = model_file.load(arguments.model)
+    size = tuple(int(extent) for extent in arguments.size.split("x"))
+    graph = GRAPHS[arguments.part](network, smooth_frame(network, size))
+    save(arguments.graph, graph)
+    shapes = {name: tuple(tensor.shape) for name, tensor in graph.inputs.items()}
+    print(f"{arguments.graph}: {shapes} → {', '.join(graph.outputs)}")
+
+
+if __name__ == "__main__":
+    main()
