@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +15,7 @@ namespace clarus::bench {
 namespace {
 
 constexpr int kScale = 4, kFull = 32, kFast = 16, kPreviousFrames = 4;
-constexpr int kFrames = 5;
+constexpr int kFrames = 3;  // a 4K frame takes seconds
 constexpr Size k1080p{1920, 1080};
 
 struct Measured {
@@ -43,6 +44,13 @@ Measured measure(const Device& device, int width, Size output, int previous_fram
     return {seconds[kFrames / 2], frame.stages(), frame.memory()};
 }
 
+/// Prints a part of a row at once: what is left of it, and the next row, may take a minute to measure.
+template <typename... Arguments>
+void show(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::print(format, std::forward<Arguments>(arguments)...);
+    std::fflush(stdout);
+}
+
 double mebibytes(size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
 
 void print_sizes(const Device& device, double peak) {
@@ -50,11 +58,11 @@ void print_sizes(const Device& device, double peak) {
                "memory MiB");
     for (const auto& [name, width] : {std::pair{"NSRR", kFull}, {"NSRR-fast", kFast}}) {
         for (const Size size : {Size{1280, 720}, {1080, 1200}, k1080p, {3840, 2160}}) {
+            show("{:<12}{:<12}", name, fmt::format("{}x{}", size.width, size.height));
             const Measured measured = measure(device, width, size);
             const double dense = measured.dense_seconds(peak);
-            fmt::print("{:<12}{:<12}{:>10.1f}{:>16.1f}{:>8.2f}{:>12.0f}\n", name,
-                       fmt::format("{}x{}", size.width, size.height), 1e3 * measured.seconds, 1e3 * dense,
-                       measured.seconds / dense, mebibytes(measured.memory.total()));
+            show("{:>10.1f}{:>16.1f}{:>8.2f}{:>12.0f}\n", 1e3 * measured.seconds, 1e3 * dense, measured.seconds / dense,
+                 mebibytes(measured.memory.total()));
         }
     }
 }
@@ -87,8 +95,10 @@ void print_stages(const Device& device) {
 
 void print_previous_frames(const Device& device) {
     fmt::print("{:<18}{:>10}\n", "previous frames", "ms");
-    for (int n = 0; n <= kPreviousFrames; ++n)
-        fmt::print("{:<18}{:>10.1f}\n", n, 1e3 * measure(device, kFull, k1080p, n).seconds);
+    for (int n = 0; n <= kPreviousFrames; ++n) {
+        show("{:<18}", n);
+        show("{:>10.1f}\n", 1e3 * measure(device, kFull, k1080p, n).seconds);
+    }
 }
 
 }  // namespace
@@ -96,7 +106,7 @@ void print_previous_frames(const Device& device) {
 void print_nsrr_table(const Device& device, const std::string& table) {
     if (table != "1" && table != "2" && table != "5")
         fail(ErrorKind::invalid_argument, "no table {} of runtimes; there are 1, 2 and 5", table);
-    fmt::print("{}, ×4, fp32, medians of {} frames\n", device.profile().name, kFrames);
+    show("{}, ×4, fp32, medians of {} frames\n", device.profile().name, kFrames);
     if (table == "1") {
         const double peak = measure::most_operations(measure::peak_sweep(device)).operations_a_second;
         fmt::print("multiply–add peak {:.1f} GFLOP/s\n", 1e-9 * peak);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <half.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -22,8 +23,7 @@ constexpr std::uint16_t kGarbage16 = 0x7eef;
 
 /// A layout's memory as bytes.
 std::vector<unsigned char> garbage(const TensorLayout& layout) {
-    const size_t rows = (layout.height + layout.block - 1) / layout.block;
-    const size_t elements = rows * layout.row() + kSlack;
+    const size_t elements = static_cast<size_t>(layout.rows()) * layout.row() + kSlack;
     const size_t size = bytes_of(layout.storage);
     std::vector<unsigned char> memory(elements * size);
     for (size_t i = 0; i < elements; ++i) {
@@ -35,14 +35,16 @@ std::vector<unsigned char> garbage(const TensorLayout& layout) {
     return memory;
 }
 
-/// Calls visit(channel, x, y, the element's place in memory) for the whole image: the definition in common.clh.
+/// Calls visit(channel, x, y, the element's place in memory) for the whole image, row by row: the definition in
+/// common.clh.
 template <typename Visit>
 void visit_elements(const TensorLayout& layout, Visit&& visit) {
     const int block = layout.block;
-    for (int c = 0; c < layout.channels; ++c) {
-        for (int y = 0; y < layout.height; ++y) {
+    for (int y = 0; y < layout.height; ++y) {
+        const int row = layout.ring > 0 ? y / block % layout.ring : y / block;
+        for (int c = 0; c < layout.channels; ++c) {
             for (int x = 0; x < layout.width; ++x) {
-                const size_t cell = static_cast<size_t>(y / block) * layout.row() + x / block * layout.stride;
+                const size_t cell = static_cast<size_t>(row) * layout.row() + x / block * layout.stride;
                 const size_t element = cell + layout.offset + c * block * block + y % block * block + x % block;
                 visit(c, x, y, element * bytes_of(layout.storage));
             }
@@ -85,6 +87,76 @@ cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered
     runtime::PackLaunch(context, lowered).enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;
+}
+
+/// Calls visit(implementation, choices) for whatever can run a problem on the test's device.
+template <typename Visit>
+void for_each_candidate(const runtime::Problem& problem, Visit&& visit) {
+    const DeviceProfile profile = test_device().profile();
+    for (const runtime::Implementation& implementation : runtime::implementations(problem.node)) {
+        if (implementation.preference(problem, profile) == 0) continue;
+        for (const runtime::Choices& choices : implementation.choices(problem, profile)) {
+            std::string chosen = implementation.name;
+            for (const auto& [name, value] : choices) chosen += fmt::format(" {}={}", name, value);
+            CAPTURE(chosen);
+            visit(implementation, choices);
+        }
+    }
+}
+
+/// What a ring holds when rows up to `end` have been made.
+TensorLayout made_until(TensorLayout layout, int end) {
+    layout.height = end;
+    return layout;
+}
+
+Planes top_rows(const Planes& image, int end) {
+    return planes({image.shape.channels, end, image.shape.width},
+                  [&](int c, int x, int y) { return image.at(c, x, y); });
+}
+
+Planes run_in_bands(runtime::Problem problem, const runtime::Implementation& implementation,
+                    const runtime::Choices& choices, const std::vector<Planes>& inputs,
+                    const runtime::FrameConstants& frame, const RowsRead& read) {
+    constexpr int kRows = 8;
+    const int height = problem.output.height;
+    const auto for_each_band = [&](auto&& visit) {
+        for (int first = 0; first < height; first += kRows) visit(first, std::min(first + kRows, height));
+    };
+    problem.output.ring = kRows;
+    for_each_band([&](int first, int end) {
+        for (size_t i = 0; i < inputs.size(); ++i) {
+            const Rows rows = read(static_cast<int>(i), first, end);
+            problem.inputs[i].ring = std::max(problem.inputs[i].ring, rows.end - rows.first);
+        }
+    });
+
+    const Device device = test_device();
+    ocl::Context& context = device.context();
+    const runtime::Lowered lowered = implementation.lower(problem, choices);
+    runtime::Launch launch(context, lowered.call);
+    runtime::Bindings bindings;
+    bindings.inputs.resize(inputs.size());
+    bindings.frame = frame;
+    if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, 0);
+    Planes result{{problem.output.channels, height, problem.output.width}, {}};
+    result.values.resize(result.shape.elements());
+    for_each_band([&](int first, int end) {
+        for (size_t i = 0; i < inputs.size(); ++i) {
+            const int made = read(static_cast<int>(i), first, end).end;
+            const Planes rows = top_rows(inputs[i], made);
+            bindings.inputs[i] =
+                upload(context, made_until(problem.inputs[i], made * problem.inputs[i].samples), &rows);
+        }
+        bindings.output = upload(context, made_until(problem.output, end));
+        launch.bind(bindings);
+        launch.enqueue_rows(context.queue(), first, end);
+        const Planes rows = download(context, made_until(problem.output, end), bindings.output);
+        for (int c = 0; c < rows.shape.channels; ++c)
+            for (int y = first; y < end; ++y)
+                for (int x = 0; x < rows.shape.width; ++x) result.at(c, x, y) = rows.at(c, x, y);
+    });
+    return result;
 }
 
 }  // namespace
@@ -137,8 +209,9 @@ Planes download(ocl::Context& context, const TensorLayout& layout, const cl::Buf
 
     Planes image{{layout.channels, layout.height, layout.width}, {}};
     image.values.resize(image.shape.elements());
-    visit_elements(layout, [&](int c, int x, int y, size_t place) {
-        image.at(c, x, y) = get(memory, place, layout.storage);
+    visit_elements(layout,
+                   [&](int c, int x, int y, size_t place) { image.at(c, x, y) = get(memory, place, layout.storage); });
+    visit_elements(layout, [&](int, int, int, size_t place) {
         std::memcpy(&memory[place], &untouched[place], bytes_of(layout.storage));
     });
     CHECK_MESSAGE(memory == untouched, "a kernel wrote beside its result");
@@ -186,17 +259,19 @@ void check_close(const Planes& result, const Planes& expected, float tolerance) 
 
 void check_operator(const runtime::Problem& problem, const std::vector<Planes>& inputs,
                     const runtime::FrameConstants& frame, const Planes& expected, float tolerance, int parameter_set) {
+    for_each_candidate(problem, [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
+        check_close(run_operator(problem, implementation, choices, inputs, frame, parameter_set), expected, tolerance);
+    });
+}
+
+void check_bands(const runtime::Problem& problem, const std::vector<Planes>& inputs,
+                 const runtime::FrameConstants& frame, const RowsRead& read, float tolerance) {
     const DeviceProfile profile = test_device().profile();
-    for (const runtime::Implementation& implementation : runtime::implementations(problem.node)) {
-        if (implementation.preference(problem, profile) == 0) continue;
-        for (const runtime::Choices& choices : implementation.choices(problem, profile)) {
-            std::string chosen = implementation.name;
-            for (const auto& [name, value] : choices) chosen += fmt::format(" {}={}", name, value);
-            CAPTURE(chosen);
-            check_close(run_operator(problem, implementation, choices, inputs, frame, parameter_set), expected,
-                        tolerance);
-        }
-    }
+    const runtime::Implementation& obvious = runtime::implementations(problem.node).back();
+    const Planes expected = run_operator(problem, obvious, obvious.choices(problem, profile).front(), inputs, frame);
+    for_each_candidate(problem, [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
+        check_close(run_in_bands(problem, implementation, choices, inputs, frame, read), expected, tolerance);
+    });
 }
 
 }  // namespace clarus::test

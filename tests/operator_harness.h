@@ -54,6 +54,17 @@ void check_operator(const runtime::Problem& problem, const std::vector<Planes>& 
                     const runtime::FrameConstants& frame, const Planes& expected, float tolerance,
                     int parameter_set = 0);
 
+struct Rows {
+    int first, end;
+};
+/// Which rows of what is stored of an input rows [first, end) of the result read.
+using RowsRead = std::function<Rows(int input, int first, int end)>;
+
+/// Checks that every implementation with each of its choices makes of bands of rows what the obvious one makes of whole
+/// images, when rings hold no more than one band reads and makes. Inputs and result are pixels of one block.
+void check_bands(const runtime::Problem& problem, const std::vector<Planes>& inputs,
+                 const runtime::FrameConstants& frame, const RowsRead& read, float tolerance);
+
 /// What storing a value rounds away, for values up to 1.
 inline float storage_tolerance(runtime::Storage storage) { return storage == runtime::Storage::f16 ? 1e-3f : 2e-6f; }
 
