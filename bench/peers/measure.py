@@ -123,7 +123,8 @@ def main():
     versions = {entry["version"] for result in results for entry in result["peers"].values() if "version" in entry}
     devices = {result["clarus"]["device"] for result in results if "device" in result["clarus"]}
     threads = sorted({result["threads"] for result in results})
-    print(f"{', '.join(sorted(versions))}; Clarus on {', '.join(devices)}; {threads[0]} threads; output {options.output}")
+    print(", ".join(sorted(versions)))
+    print(f"Clarus on {', '.join(devices)}; {threads[0]} threads; output {options.output}")
     print()
     print(table.markdown(results) if options.markdown else table.text(results))
     if options.json:

@@ -33,6 +33,7 @@ def main(peer, folder, threads):
     actual = runner.outputs()
     way = getattr(runner, "way", None)
     say(version=runner.version, way=way, difference=difference([(actual[name], expected[name]) for name in expected]))
+    del actual, expected  # NSRR's are half a gigabyte
     for _ in sys.stdin:
         start = time.perf_counter()
         runner.run()

@@ -105,7 +105,7 @@ class Enss(nn.Module):
             else:
                 warped = operators.WarpBlocks.apply(state, *patches)
             if valid is not None:
-                warped = torch.where(operators.expand_blocks(valid, state.shape[2:]), warped, history)
+                warped = torch.where(operators.expand_blocks(valid.to(state), state.shape[2:]) > 0, warped, history)
             history = warped
         history = operators.space_to_depth(history, s)
         x = self.layers(self.network_input(frame, history), kernels).to(color.dtype).contiguous()

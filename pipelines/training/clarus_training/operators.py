@@ -113,7 +113,8 @@ def dilate_blocks(motion, depth, scale):
 
     def candidates(size):
         # A block with fewer columns than the others repeats its last, which changes no minimum and no tie.
-        block = torch.arange(-(-scale * size // DILATE_BLOCK), device=depth.device)[:, None]
+        # Rounded up without negative numbers: divided, those are rounded otherwise in an exported graph.
+        block = torch.arange((scale * size + DILATE_BLOCK - 1) // DILATE_BLOCK, device=depth.device)[:, None]
         first = DILATE_BLOCK * block // scale
         last = ((DILATE_BLOCK * block + DILATE_BLOCK - 1) // scale).clamp(max=size - 1)
         most = (DILATE_BLOCK - 2) // scale + 2
@@ -133,9 +134,7 @@ def expand_blocks(blocks, size):
 
 def tiles(image, size):
     """Every pixel as a tile of size×size pixels."""
-    batch, channels, height, width = image.shape
-    whole = image[:, :, :, None, :, None].expand(-1, -1, -1, size, -1, size)
-    return whole.reshape(batch, channels, size * height, size * width)
+    return F.interpolate(image, scale_factor=size, mode="nearest")
 
 
 def dilate(motion, depth, scale):
