@@ -40,32 +40,32 @@ function showDevices(report) {
   const what = ({ model, output_size, precision }) => [model.name, html("br"), html("small", {}, `${sizeText(output_size)}, ${precision}`)];
   const bySize = ({ item: a }, { item: b }) => a.output_size[0] * a.output_size[1] - b.output_size[0] * b.output_size[1];
   $("device-times").replaceChildren(head("Model"), html("tbody", {}, ...[...rows.values()].sort(bySize).map(({ item, cells }) => {
-    const medians = columns.map((_, index) => cells[index]?.score?.latency.median);
-    const fastest = Math.min(...medians.filter((median) => median !== undefined));
+    const medians = cells.map((cell) => cell?.score?.latency.median).filter((median) => median !== undefined);
+    const fastest = Math.min(...medians), several = medians.length > 1;
     return html("tr", {}, html("th", { scope: "row" }, ...what(item)), ...columns.map((_, index) => {
       const cell = cells[index];
       if (!cell) return html("td", {}, "–");
       if (!cell.score) return html("td", {}, html("small", {}, `no score: ${cell.no_score}`));
       const { latency, frames_per_second: rate } = cell.score;
-      const details = `${digits(rate.median)} fps${medians.length > 1 && latency.median > fastest ? `, ${digits(latency.median / fastest)} times as long` : ""}`;
+      const details = `${digits(rate.median)} fps${latency.median > fastest ? `, ${digits(latency.median / fastest)} times as long` : ""}`;
       return html("td", { class: "number" },
-        html("span", { class: columns.length > 1 && latency.median === fastest ? "best" : undefined }, `${milliseconds(latency.median)} ms`),
+        html("span", { class: several && latency.median === fastest ? "best" : undefined }, `${milliseconds(latency.median)} ms`),
         html("span", { class: "muted" }, ` (${milliseconds(latency.low)}–${milliseconds(latency.high)})${latency.steady ? "" : " unsteady"}`),
         html("br"), html("small", {}, details));
     }));
   })));
 
-  const items = columns.flatMap(({ file, bench, profile }) => bench.items.filter(({ device }) => device === profile.selector).map((item) => ({ file, profile, item })));
   const dash = (value, format) => (value === null || value === undefined ? "–" : format(value));
-  const headings = ["Model", "Device", "Median (ms)", "p95", "p99", "Frames/s", "Device (ms)", "Of roofline", "GFLOP", "Memory", "Cold start (s)", "Warm (s)", "Output"];
+  const headings = ["Model", "Median (ms)", "p95", "p99", "Frames/s", "Device (ms)", "Of roofline", "GFLOP", "Memory", "Cold start (s)", "Warm (s)", "Output"];
   $("device-items").replaceChildren(
-    html("thead", {}, html("tr", {}, ...headings.map((heading, index) => html("th", { scope: "col", class: index < 2 ? "text" : "number" }, heading)))),
-    html("tbody", {}, ...items.map(({ file, profile, item }) => {
-      const { score, start, memory, check } = item;
-      const cells = [dash(score?.latency.median, milliseconds), dash(score?.latency.p95, milliseconds), dash(score?.latency.p99, milliseconds),
-                     dash(score?.frames_per_second.median, digits), dash(score?.device_seconds.median, milliseconds), dash(score?.roofline_share, percent),
-                     dash(score?.operations, gigas), dash(memory?.total, mebibytes), dash(start?.cold_seconds, digits), dash(start?.warm_seconds, digits)];
-      return html("tr", {}, html("th", { scope: "row" }, ...what(item)), html("td", { class: "text" }, profile.name, html("br"), html("small", {}, file)),
-        ...cells.map((cell) => html("td", { class: "number" }, cell)), html("td", { class: "text", title: item.no_score ?? check.reason ?? undefined }, check.result));
-    })));
+    html("thead", {}, html("tr", {}, ...headings.map((heading, index) => html("th", { scope: "col", class: index ? "number" : "text" }, heading)))),
+    ...columns.map(({ file, bench, profile }) => html("tbody", {},
+      columns.length > 1 ? html("tr", {}, html("th", { scope: "rowgroup", colspan: headings.length }, `${profile.name} (${file})`)) : null,
+      ...bench.items.filter(({ device }) => device === profile.selector).map(({ score, start, memory, check, no_score, ...item }) => {
+        const cells = [dash(score?.latency.median, milliseconds), dash(score?.latency.p95, milliseconds), dash(score?.latency.p99, milliseconds),
+                       dash(score?.frames_per_second.median, digits), dash(score?.device_seconds.median, milliseconds), dash(score?.roofline_share, percent),
+                       dash(score?.operations, gigas), dash(memory?.total, mebibytes), dash(start?.cold_seconds, digits), dash(start?.warm_seconds, digits)];
+        return html("tr", {}, html("th", { scope: "row" }, ...what(item)), ...cells.map((cell) => html("td", { class: "number" }, cell)),
+                    html("td", { title: no_score ?? check.reason }, check.result));
+      }))));
 }
