@@ -16,6 +16,14 @@ def load_checkpoint(path):
     return network
 
 
+def mix(network, other, share):
+    """Moves a network's weights by a share of the way to those of another training of it."""
+    with torch.no_grad():
+        theirs = other.state_dict()
+        for name, tensor in network.state_dict().items():
+            tensor.lerp_(theirs[name], share)
+
+
 def main():
     parser = argparse.ArgumentParser(description="Export a training checkpoint as a Clarus model.")
     parser.add_argument("checkpoint")
@@ -23,11 +31,16 @@ def main():
     parser.add_argument(
         "--jitters", type=int, default=32, help="enss: bake kernels for so many Halton jitters, and shorter sequences"
     )
+    parser.add_argument(
+        "--mix", nargs=2, metavar=("CHECKPOINT", "SHARE"), help="weights that much nearer those of a later training"
+    )
     parser.add_argument("--mlp", action="store_true", help="also write the MLP, for jitters the table does not have")
     parser.add_argument("--float32", action="store_true", help="store weights in single precision, not in half")
     arguments = parser.parse_args()
     jitters = operators.halton_jitter(arguments.jitters)
     network = load_checkpoint(arguments.checkpoint)
+    if arguments.mix:
+        mix(network, load_checkpoint(arguments.mix[0]), float(arguments.mix[1]))
     if getattr(network, "without", ()):
         raise SystemExit(f"{arguments.checkpoint}: trained without {', '.join(network.without)}, which no model file can say")
     model_file.save(arguments.model, network, jitters, arguments.mlp, half=not arguments.float32)

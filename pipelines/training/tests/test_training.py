@@ -185,6 +185,16 @@ class Loop(WithData):
                     self.assertLess((outputs[0] - outputs[1]).abs().max().item(), 1e-4, pipeline)
 
 
+    def test_weights_are_mixed(self):
+        for seed in (0, 1):
+            self.train(self.at(str(seed)), "--steps", 1, "--seed", seed)
+        first, second = (export.load_checkpoint(self.at(str(seed), "checkpoint.pt")) for seed in (0, 1))
+        run(export, self.at("0", "checkpoint.pt"), self.at("mixed.safetensors"), "--float32", "--mix", self.at("1", "checkpoint.pt"), 0.25)
+        mixed = model_file.load(self.at("mixed.safetensors"))
+        wanted = 0.75 * first.body[0].weight + 0.25 * second.body[0].weight
+        self.assertGreater((first.body[0].weight - second.body[0].weight).abs().max().item(), 1e-3)
+        torch.testing.assert_close(mixed.body[0].weight, wanted)
+
     def test_distillation(self):
         teacher = enss.create(2, 4, 0, 32).kernels
         student, missed = distil.fit(teacher, hidden=24, steps=300)
