@@ -29,6 +29,7 @@ struct Options {
     measure::BenchOptions bench;
     std::vector<std::string> sizes, precisions;
     std::filesystem::path output, checks, write_checks;
+    Tuning check_tuning = Tuning::obvious;
     bool without_start = false;
 };
 
@@ -150,7 +151,7 @@ void write_checks(Options& options) {
     const std::vector<measure::BenchItem> items = items_of(options);
     Progress progress("computing");
     for (size_t i = 0; i < items.size(); ++i) {
-        if (measure::add_check(checks, items[i])) checks.write(options.write_checks);
+        if (measure::add_check(checks, items[i], options.check_tuning)) checks.write(options.write_checks);
         progress.update(i + 1, items.size());
     }
 }
@@ -232,9 +233,10 @@ void add_bench_command(CLI::App& app) {
                     "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained unless told")
         ->type_name("S")
         ->check(CLI::PositiveNumber);
-    add_choice<Tuning, Tuning>(command, "--tuning", bench_options.tuning,
-                               {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
-                               "Choose kernels by what was measured before, by measuring first, or by fixed rules");
+    CLI::Option& tuning =
+        add_choice<Tuning, Tuning>(command, "--tuning", bench_options.tuning,
+                                   {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
+                                   "Choose kernels by what was measured before, by measuring first, or by fixed rules");
     command.add_flag("--without-start", options->without_start,
                      "Leave out cold and warm starts, which take new processes that compile everything");
     command.add_option("--checks", options->checks, "The expected images, in place of those that are shipped")
@@ -242,8 +244,9 @@ void add_bench_command(CLI::App& app) {
     command
         .add_option(
             "--write-checks", options->write_checks,
-            "Measure nothing: compute the expected images of these models and sizes with the obvious kernels in "
-            "fp32, on the first device, and add to FILE what it lacks")
+            "Measure nothing: compute the expected images of these models and sizes in fp32, on the first device, and "
+            "add to FILE what it lacks. By the obvious kernels, which take hours for large networks, unless --tuning "
+            "names others")
         ->type_name("FILE");
     command.footer(
         "Examples:\n"
@@ -253,8 +256,9 @@ void add_bench_command(CLI::App& app) {
         "  clarus bench compare before.json after.json");
     add_bench_compare_command(command);
     add_first_frame_command(command);
-    command.callback([&command, options] {
+    command.callback([&command, tuning, options] {
         if (!command.get_subcommands().empty()) return;
+        if (tuning->count() > 0) options->check_tuning = options->bench.tuning;
         options->write_checks.empty() ? bench(*options) : write_checks(*options);
     });
 }

@@ -228,10 +228,10 @@ BenchResult run_bench(const BenchOptions& options, const std::vector<BenchItem>&
     return Bench(options, items, progress).run();
 }
 
-bool add_check(Checks& checks, const BenchItem& item) {
+bool add_check(Checks& checks, const BenchItem& item, Tuning tuning) {
     if (checks.find(item.model, item.render_size)) return false;
     UpscalerOptions options;
-    options.tuning = Tuning::obvious;
+    options.tuning = tuning;
     DeviceSequences sequences;
     TimedUpscaler upscaler(item.device, item.model, item.render_size, options);
     upscaler.prepare(sequences);

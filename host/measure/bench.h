@@ -44,8 +44,9 @@ std::vector<BenchItem> bench_items(const BenchOptions& options);
 BenchResult run_bench(const BenchOptions& options, const std::vector<BenchItem>& items,
                       const std::function<void(double)>& progress);
 
-/// What the item must show, from the obvious kernels in fp32: added to `checks` unless it is there already. Whether it
-/// was not. Errors: those of Upscaler.
-bool add_check(Checks& checks, const BenchItem& item);
+/// What the item must show, in fp32: added to `checks` unless it is there already. Whether it was not. From the obvious
+/// kernels, but for networks so large that these take hours: others are tested against them, too.
+/// Errors: those of Upscaler.
+bool add_check(Checks& checks, const BenchItem& item, Tuning tuning = Tuning::obvious);
 
 }  // namespace clarus::measure
