@@ -62,7 +62,9 @@ class OpenVino:
         self.request = compiled.create_infer_request()
         self.names = names
         for port in compiled.inputs:
-            self.request.set_tensor(port, openvino.Tensor(inputs[port.any_name], shared_memory=True))
+            # Besides its own name a port has those of whatever was found to do nothing to it.
+            array = next(inputs[name] for name in port.names if name in inputs)
+            self.request.set_tensor(port, openvino.Tensor(array, shared_memory=True))
 
     def run(self):
         self.request.infer()
