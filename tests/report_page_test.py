@@ -274,6 +274,10 @@ class ReportPage(unittest.TestCase):
         other.write_text("{}")
         page = self.folder / "none.html"
         self.assertIn("other.json", run("report", other, "-o", page, fails=True))
+        shutil.copytree(self.results["bicubic"], self.folder / "odd")
+        (self.folder / "odd" / "report.json").write_text('{"model": {"name": 1}}')
+        refusal = run("report", self.folder / "odd", "--sequence", self.sequence, "-o", page, fails=True)
+        self.assertIn("model.name", refusal)
         self.assertIn("--sequence", run("report", self.results["bicubic"], "-o", page, fails=True))
         self.assertFalse(page.exists())
 

@@ -124,7 +124,7 @@ function showPictures(report) {
     $("show-difference").setAttribute("aria-pressed", state.difference);
     $("gain-label").hidden = $("heat-legend").hidden = !state.difference;
     $("heat-most").textContent = `${Math.floor(255 / Number($("gain").value))} of 255 levels, the channel that differs most`;
-    $("zoom-fit").textContent = `×${digits(state.zoom).replace(/\.?0+$/, "")}`;
+    $("zoom-fit").textContent = `×${plain(state.zoom)}`;
     stage.classList.toggle("zoomed", state.zoom > 1);
     draw();
   }
