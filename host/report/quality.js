@@ -20,7 +20,7 @@ function showQualityOverTime(report) {
   const figures = timeFigures.filter(({ key }) => results.some(({ quality }) => quality.frames.some((frame) => key in frame)));
   if (!figures.length || frames.length < 2) return;
   $("over-time").hidden = false;
-  let cursor = report.pictured?.[0] ?? 0;
+  let cursor = report.firstShown ?? 0;
   const redraws = [], values = figures.map(() => html("span", { class: "values" }));
 
   function readout() {
