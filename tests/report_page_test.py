@@ -1,5 +1,5 @@
 """The page of `clarus report` in a headless Chromium. TOOL and a model that has views are given; the device is
-CLARUS_TEST_DEVICE. Ends with 77 where Chromium or Selenium are missing."""
+CLARUS_TEST_DEVICE. Ends with 77 where there is no Chromium."""
 
 import json
 import os
@@ -10,16 +10,14 @@ import sys
 import tempfile
 import unittest
 
-try:
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.by import By
-    from selenium.webdriver.common.keys import Keys
-    from selenium.webdriver.support.select import Select
-    from selenium.webdriver.support.ui import WebDriverWait
-except ImportError:
-    sys.exit(77)
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.select import Select
+from selenium.webdriver.support.ui import WebDriverWait
+
 if not shutil.which("chromium") or not shutil.which("chromedriver"):
     sys.exit(77)
 
