@@ -28,8 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* run_report_name = "report.json";  // in a result's folder
-
 struct ReportOptions {
     std::vector<fs::path> benches, results;
     ReferenceOptions reference;
@@ -39,13 +37,28 @@ struct ReportOptions {
     fs::path output = "report.html";
 };
 
-Json read_json(const fs::path& file) { return Json(io::parse_json(io::read_file(file), file)); }
-
 Json read_bench(const fs::path& file) {
-    const Json bench = read_json(file);
+    const Json bench = io::parse_json(io::read_file(file), file);
     if (!bench.is_object() || bench.value("format", Json()) != "clarus-bench" || bench.value("version", Json()) != 1)
         fail(ErrorKind::file, "{} is not what `clarus bench` of this version writes", file.string());
     return {{"name", file.stem().string()}, {"bench", bench}};
+}
+
+/// What `clarus upscale --report` left in a result's folder; null where it did not.
+Json read_run(const fs::path& folder) {
+    const fs::path file = folder / "report.json";
+    if (!fs::exists(file)) return {};
+    const nlohmann::json run = io::parse_json(io::read_file(file), file);
+    const io::JsonNode root(run, file);
+    root["model"]["name"].text();
+    root["device"]["name"].text();
+    root["precision"].text();
+    root["output_size"].items(2);
+    for (const io::JsonNode& stage : root["stages"].items()) {
+        for (const char* key : {"name", "kernel"}) stage[key].text();
+        for (const char* key : {"seconds", "operations", "bytes"}) stage[key].number(0, 1e30);
+    }
+    return run;
 }
 
 /// The last part of a path that has one.
@@ -115,7 +128,8 @@ void add_views(const ComparedResult& result, const std::string& name, const Pict
                std::span<const Reference> references, Json& sources) {
     std::error_code none;
     std::set<fs::path> folders;
-    for (const auto& entry : fs::directory_iterator(result.folder / "views", none)) folders.insert(entry.path());
+    for (const auto& entry : fs::directory_iterator(result.folder / "views", none))
+        if (entry.is_directory()) folders.insert(entry.path());
     for (const fs::path& folder : folders) {
         const auto images = images_in(folder);
         const auto file_of = [&](size_t index) { return require_image(images, references[index].name, folder); };
@@ -143,10 +157,8 @@ void add_results(const ReportOptions& options, Json& data) {
     for (size_t i = 0; i < results.size(); ++i) {
         const ComparedResult& result = results[i];
         sources.push_back(pictures.source(names[i], "result", [&](size_t frame) { return result.files[frame]; }));
-        const fs::path run = result.folder / run_report_name;
-        data["results"].push_back({{"name", names[i]},
-                                   {"quality", comparison_json(result, references)},
-                                   {"run", fs::exists(run) ? read_json(run) : Json()}});
+        data["results"].push_back(
+            {{"name", names[i]}, {"quality", comparison_json(result, references)}, {"run", read_run(result.folder)}});
         progress.update(i + 1, results.size());
     }
     for (size_t i = 0; i < results.size(); ++i) add_views(results[i], names[i], pictures, references, sources);

@@ -34,6 +34,8 @@ function digits(value) {
   if (value < 0.001) return value.toPrecision(2);
   return value.toFixed(value < 0.1 ? 4 : value < 1 ? 3 : value < 10 ? 2 : value < 100 ? 1 : 0);
 }
+// Without zeros that say nothing, for axes.
+const plain = (value) => String(Number(value.toPrecision(3)));
 const milliseconds = (seconds) => digits(seconds * 1e3);
 const gigas = (rate) => digits(rate * 1e-9);
 const percent = (share) => `${(share * 100).toFixed(share < 0.0995 ? 1 : 0)} %`;

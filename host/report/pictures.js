@@ -17,7 +17,9 @@ function showPictures(report) {
   const stage = $("stage"), canvas = $("canvas"), split = $("split");
   stage.style.setProperty("--aspect", width / height);
 
-  const state = { left: 0, right: 0, frame: 0, split: 0.5, zoom: 1, x: width / 2, y: height / 2, difference: false };
+  // Not the first: what gathers its picture over time has nothing yet there.
+  const middle = pictured.length >> 1;
+  const state = { left: 0, right: 0, frame: middle, split: 0.5, zoom: 1, x: width / 2, y: height / 2, difference: false };
   const results = sources.findLastIndex((source) => source.kind === "result");
   state.left = Math.max(0, sources.findIndex((source) => source.kind === "result"));
   state.right = results > state.left ? results : sources.length - 1;
@@ -124,7 +126,7 @@ function showPictures(report) {
     $("show-difference").setAttribute("aria-pressed", state.difference);
     $("gain-label").hidden = $("heat-legend").hidden = !state.difference;
     $("heat-most").textContent = `${Math.floor(255 / Number($("gain").value))} of 255 levels, the channel that differs most`;
-    $("zoom-fit").textContent = `×${digits(state.zoom).replace(/\.?0+$/, "")}`;
+    $("zoom-fit").textContent = `×${plain(state.zoom)}`;
     stage.classList.toggle("zoomed", state.zoom > 1);
     draw();
   }
@@ -241,5 +243,6 @@ function showPictures(report) {
     else zoomTo(4, x, y);
   });
   new ResizeObserver(draw).observe(stage);
+  report.firstShown = pictured[middle];
   update();
 }

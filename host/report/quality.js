@@ -20,7 +20,7 @@ function showQualityOverTime(report) {
   const figures = timeFigures.filter(({ key }) => results.some(({ quality }) => quality.frames.some((frame) => key in frame)));
   if (!figures.length || frames.length < 2) return;
   $("over-time").hidden = false;
-  let cursor = report.pictured?.[0] ?? 0;
+  let cursor = report.firstShown ?? 0;
   const redraws = [], values = figures.map(() => html("span", { class: "values" }));
 
   function readout() {
@@ -170,7 +170,7 @@ function showWhatToPick(report) {
     const { values: rows, decimals } = ticks(low, high, 5);
     const children = rows.flatMap((value) => [horizontal(y(value), left, right, "grid"), label(left - 8, y(value) + 4, value.toFixed(decimals), "end")]);
     for (const value of logTicks(least, slowest)) {
-      children.push(vertical(x(value), top, bottom, "grid"), label(x(value), bottom + 18, digits(value * 1e3).replace(/\.?0+$/, ""), "middle"));
+      children.push(vertical(x(value), top, bottom, "grid"), label(x(value), bottom + 18, plain(value * 1e3), "middle"));
     }
     children.push(label(right, height - 4, "ms a frame", "end"), label(0, 10, `${figure.heading}${figure.unit && ` (${figure.unit.trim()})`}, ${figure.most ? "more" : "less"} is better`));
     const front = unbeaten({ time, figure });

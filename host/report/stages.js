@@ -115,7 +115,6 @@ function showRoofline(report) {
     const low = Math.min(...intensities) / 1.8, high = Math.max(...intensities) * 1.8;
     const least = Math.min(...rates) / 1.8, most = Math.max(...rates) * 1.8;
     const x = logarithmic(low, high, left, right), y = logarithmic(least, most, bottom, top);
-    const plain = (value) => String(Number(value.toPrecision(2)));
     const children = [];
     for (const value of logTicks(low, high)) children.push(vertical(x(value), top, bottom, "grid"), label(x(value), bottom + 18, plain(value), "middle"));
     for (const value of logTicks(least, most)) children.push(horizontal(y(value), left, right, "grid"), label(left - 8, y(value) + 4, plain(value * 1e-9), "end"));

@@ -1,0 +1,39 @@
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "report/page.h"
+
+using clarus::report::page;
+
+namespace {
+
+size_t count(const std::string& text, const std::string& part) {
+    size_t found = 0;
+    for (size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+}
+
+}  // namespace
+
+TEST_CASE("the report's data cannot leave its element, and is what was given") {
+    const nlohmann::ordered_json data{{"title", "</script><!--<script>\"&'\\ é {{page.js}}"},
+                                      {"frames", {"0000", 1.5}}};
+    const std::string text = page(data);
+    CHECK(count(text, "<script") == 2);
+    CHECK(count(text, "</script>") == 2);
+    const std::string begin = "<script type=\"application/json\" id=\"data\">";
+    const size_t first = text.find(begin) + begin.size();
+    CHECK(nlohmann::ordered_json::parse(text.substr(first, text.find("</script>", first) - first)) == data);
+}
+
+TEST_CASE("the report is one file") {
+    const std::string text = page({{"results", nlohmann::ordered_json::array()}});
+    for (const char* part : {" src=", "<link", "@import", "url(", "fetch("})
+        CHECK_MESSAGE(count(text, part) == 0, part);
+    CHECK(count(text, "{{") == 0);
+}
+
+TEST_CASE("the report takes names that are not UTF-8") {
+    CHECK(count(page({{"title", "a\xff"}}), "a\xEF\xBF\xBD") == 1);
+}
