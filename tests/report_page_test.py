@@ -33,40 +33,110 @@ def run(*arguments, fails=False):
 
 
 def figure(median, spread=0.04):
-    return {"median": median, "low": median * (1 - spread), "high": median * (1 + spread), "turns": 7,
-            "relative_interval": spread, "steady": True}
+    return {
+        "median": median,
+        "low": median * (1 - spread),
+        "high": median * (1 + spread),
+        "turns": 7,
+        "relative_interval": spread,
+        "steady": True,
+    }
 
 
 def bench(device_name, seconds):
     """What `clarus bench` would write of one device: a model with two stages, and one whose output was wrong."""
+
     def item(name, stages):
         total = sum(stage["seconds"]["median"] for stage in stages)
         latency = {**figure(total * 1.1), "p95": total * 1.2, "p99": total * 1.3, "frames": 50}
-        score = {"latency": latency, "frames_per_second": figure(1 / total), "device_seconds": figure(total),
-                 "operations": 3e9, "bytes": 2e8, "roofline_seconds": total / 2, "roofline_share": 0.5, "stages": stages,
-                 "turns": [{"at": 1.5, "latency": total, "clock_mhz": None}]}
-        return {"device": "0:0", "render_size": [960, 540], "output_size": [1920, 1080], "precision": "fp32",
-                "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
-                "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
-                "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
-                "start": {"cold_seconds": 2.5, "warm_seconds": 0.25, "programs": 3}, "score": score, "no_score": None}
+        score = {
+            "latency": latency,
+            "frames_per_second": figure(1 / total),
+            "device_seconds": figure(total),
+            "operations": 3e9,
+            "bytes": 2e8,
+            "roofline_seconds": total / 2,
+            "roofline_share": 0.5,
+            "stages": stages,
+            "turns": [{"at": 1.5, "latency": total, "clock_mhz": None}],
+        }
+        return {
+            "device": "0:0",
+            "render_size": [960, 540],
+            "output_size": [1920, 1080],
+            "precision": "fp32",
+            "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
+            "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
+            "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
+            "start": {"cold_seconds": 2.5, "warm_seconds": 0.25, "programs": 3},
+            "score": score,
+            "no_score": None,
+        }
 
-    stages = [{"name": f"</script><i>{name}", "kernel": "plain 8x8", "seconds": figure(seconds * share), "operations": operations,
-               "bytes": 1e8, "compute_share": 0.5, "bandwidth_share": 0.25}
-              for name, share, operations in (("convolution 1", 0.75, 3e9), ("reorder", 0.25, 0.0))]
+    stages = [
+        {
+            "name": f"</script><i>{name}",
+            "kernel": "plain 8x8",
+            "seconds": figure(seconds * share),
+            "operations": operations,
+            "bytes": 1e8,
+            "compute_share": 0.5,
+            "bandwidth_share": 0.25,
+        }
+        for name, share, operations in (("convolution 1", 0.75, 3e9), ("reorder", 0.25, 0.0))
+    ]
     wrong = item("bilinear", stages)
-    wrong.update(score=None, no_score="differs by 0.3", check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"})
-    profile = {"selector": "0:0", "name": device_name, "vendor": "v", "platform": "p", "driver_version": "1.2",
-               "opencl_version": "3.0", "class": "gpu", "compute_units": 4, "clock_mhz": 1500, "global_memory": 1 << 32,
-               "half_storage": True, "half_arithmetic": False}
-    return {"format": "clarus-bench", "version": 1, "date": "2026-01-02T03:04:05Z", "seconds": 60.0,
-            "suite": {"version": "0.1.0", "commit": None, "profile": "quick", "tuning": "stored", "confidence": 0.95,
-                      "steady_within": 0.03},
-            "host": {"cpu": None, "cores": 2, "memory": None, "os": None, "kernel": "Linux", "governor": None,
-                     "clock_mhz": [None, None], "load_average": None},
-            "devices": [{"profile": profile, "platform_version": "OpenCL 3.0", "opencl_c_version": "OpenCL C 1.2",
-                         "compute_peak": figure(1e12), "copy_bandwidth": figure(5e10)}],
-            "items": [item("bicubic", stages), wrong]}
+    wrong.update(
+        score=None, no_score="differs by 0.3", check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"}
+    )
+    profile = {
+        "selector": "0:0",
+        "name": device_name,
+        "vendor": "v",
+        "platform": "p",
+        "driver_version": "1.2",
+        "opencl_version": "3.0",
+        "class": "gpu",
+        "compute_units": 4,
+        "clock_mhz": 1500,
+        "global_memory": 1 << 32,
+        "half_storage": True,
+        "half_arithmetic": False,
+    }
+    return {
+        "format": "clarus-bench",
+        "version": 1,
+        "date": "2026-01-02T03:04:05Z",
+        "seconds": 60.0,
+        "suite": {
+            "version": "0.1.0",
+            "commit": None,
+            "profile": "quick",
+            "tuning": "stored",
+            "confidence": 0.95,
+            "steady_within": 0.03,
+        },
+        "host": {
+            "cpu": None,
+            "cores": 2,
+            "memory": None,
+            "os": None,
+            "kernel": "Linux",
+            "governor": None,
+            "clock_mhz": [None, None],
+            "load_average": None,
+        },
+        "devices": [
+            {
+                "profile": profile,
+                "platform_version": "OpenCL 3.0",
+                "opencl_c_version": "OpenCL C 1.2",
+                "compute_peak": figure(1e12),
+                "copy_bandwidth": figure(5e10),
+            }
+        ],
+        "items": [item("bicubic", stages), wrong],
+    }
 
 
 class ReportPage(unittest.TestCase):
@@ -75,20 +145,56 @@ class ReportPage(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = pathlib.Path(cls.temporary.name)
         cls.sequence = cls.folder / "sequence"
-        run("render", "--scene", "demo", "--size", "64x36", "--scale", "2", "--frames", "5", "--reference-samples", "1",
-            "--output-buffers", "-o", cls.sequence)
+        run(
+            "render",
+            "--scene",
+            "demo",
+            "--size",
+            "64x36",
+            "--scale",
+            "2",
+            "--frames",
+            "5",
+            "--reference-samples",
+            "1",
+            "--output-buffers",
+            "-o",
+            cls.sequence,
+        )
         cls.results = {}
         for name, model, options in (("bicubic", "bicubic", []), (AWKWARD, MODEL, ["--view", "alpha"])):
             folder = cls.results[name] = cls.folder / name
-            run("upscale", cls.sequence, "--model", model, "--device", DEVICE, "--output", folder, "--profile",
-                "--report", folder / "report.json", *options)
+            run(
+                "upscale",
+                cls.sequence,
+                "--model",
+                model,
+                "--device",
+                DEVICE,
+                "--output",
+                folder,
+                "--profile",
+                "--report",
+                folder / "report.json",
+                *options,
+            )
         cls.names = list(cls.results)
         cls.quality = json.loads(run("compare", *cls.results.values(), cls.sequence, "--json"))
         for name, seconds in (("this", 0.02), ("that", 0.005)):
             (cls.folder / f"{name}.json").write_text(json.dumps(bench(f"device of {name}", seconds)))
         cls.page = cls.folder / "report.html"
-        run("report", cls.folder / "this.json", *cls.results.values(), cls.folder / "that.json", "--sequence", cls.sequence,
-            "--pictures", "3", "-o", cls.page)
+        run(
+            "report",
+            cls.folder / "this.json",
+            *cls.results.values(),
+            cls.folder / "that.json",
+            "--sequence",
+            cls.sequence,
+            "--pictures",
+            "3",
+            "-o",
+            cls.page,
+        )
 
         options = webdriver.ChromeOptions()
         for argument in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "disable-gpu", "window-size=1200,900"):
@@ -111,9 +217,13 @@ class ReportPage(unittest.TestCase):
     def open(self, page):
         self.browser.get(page.as_uri())
         self.wait(lambda: self.script("return document.readyState") == "complete")
-        self.wait(lambda: not self.shown("pictures") or self.script(
-            "const c = document.getElementById('canvas');"
-            "return c.width > 0 && c.getContext('2d').getImageData(c.width / 4, c.height / 2, 1, 1).data[3] === 255"))
+        self.wait(
+            lambda: not self.shown("pictures")
+            or self.script(
+                "const c = document.getElementById('canvas');"
+                "return c.width > 0 && c.getContext('2d').getImageData(c.width / 4, c.height / 2, 1, 1).data[3] === 255"
+            )
+        )
 
     def wait(self, condition):
         WebDriverWait(self.browser, 60).until(lambda _: condition())
@@ -135,8 +245,12 @@ class ReportPage(unittest.TestCase):
 
     def color(self, x, y=0.5):
         """Of the canvas, at shares of its width and height."""
-        return self.script("const c = document.getElementById('canvas');"
-                           "return Array.from(c.getContext('2d').getImageData(arguments[0] * c.width, arguments[1] * c.height, 1, 1).data)", x, y)
+        return self.script(
+            "const c = document.getElementById('canvas');"
+            "return Array.from(c.getContext('2d').getImageData(arguments[0] * c.width, arguments[1] * c.height, 1, 1).data)",
+            x,
+            y,
+        )
 
     def picture(self):
         return self.script("return document.getElementById('canvas').toDataURL()")
@@ -148,15 +262,25 @@ class ReportPage(unittest.TestCase):
         for section in ("pictures", "over-time", "what-to-pick", "stages", "roofline", "devices"):
             self.assertTrue(self.shown(section), section)
         self.assertEqual(len(self.text("nav a")), 6)
-        self.assertEqual(self.script("return performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"), 0)
+        self.assertEqual(
+            self.script(
+                "return performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"
+            ),
+            0,
+        )
         self.assertEqual(self.browser.title, "sequence – Clarus")
-        self.assertEqual(self.text("#subtitle"), [f"Clarus · 5 frames · 64×36 to 128×72 · {self.device_name()} · device of this · device of that"])
+        self.assertEqual(
+            self.text("#subtitle"),
+            [f"Clarus · 5 frames · 64×36 to 128×72 · {self.device_name()} · device of this · device of that"],
+        )
 
     def device_name(self):
         return json.loads((self.results["bicubic"] / "report.json").read_text())["device"]["name"]
 
     def test_names_are_text(self):
-        self.assertEqual(self.script("return document.querySelectorAll('body script:not([type]), .stage i:not([style])').length"), 1)
+        self.assertEqual(
+            self.script("return document.querySelectorAll('body script:not([type]), .stage i:not([style])').length"), 1
+        )
         options = [option.text for option in Select(self.at("left")).options]
         self.assertEqual(options, ["input", *self.names, f"{self.names[1]}: alpha", "reference"])
 
@@ -195,7 +319,9 @@ class ReportPage(unittest.TestCase):
         zoomed = self.picture()
         self.assertNotEqual(zoomed, first)
         stage = self.at("stage")
-        ActionChains(self.browser).move_to_element_with_offset(stage, 200, 60).click_and_hold().move_by_offset(80, 40).release().perform()
+        ActionChains(self.browser).move_to_element_with_offset(stage, 200, 60).click_and_hold().move_by_offset(
+            80, 40
+        ).release().perform()
         self.assertNotEqual(self.picture(), zoomed)
         self.press("0")
         self.assertEqual(self.picture(), first)
@@ -213,22 +339,37 @@ class ReportPage(unittest.TestCase):
 
     def test_figures_are_those_of_compare(self):
         self.choose("pick-time", f"{self.device_name()}, 128×72, fp32")
-        rows = [[cell.text for cell in row.find_elements(By.CSS_SELECTOR, "th, td")]
-                for row in self.browser.find_elements(By.CSS_SELECTOR, "#pick-table tbody tr")]
-        self.assertEqual(self.text("#pick-table thead th")[:5], ["Result", "PSNR (dB)", "Pooled PSNR (dB)", "SSIM", "IF-SSIM"])
+        rows = [
+            [cell.text for cell in row.find_elements(By.CSS_SELECTOR, "th, td")]
+            for row in self.browser.find_elements(By.CSS_SELECTOR, "#pick-table tbody tr")
+        ]
+        self.assertEqual(
+            self.text("#pick-table thead th")[:5], ["Result", "PSNR (dB)", "Pooled PSNR (dB)", "SSIM", "IF-SSIM"]
+        )
         expected = sorted(zip(self.names, self.quality), key=lambda pair: -pair[1]["psnr"])
-        self.assertEqual([row[:5] for row in rows],
-                         [[name, f"{q['psnr']:.2f}", f"{q['pooled_psnr']:.2f}", f"{q['ssim']:.4f}", f"{q['if_ssim']:.4f}"]
-                          for name, q in expected])
+        self.assertEqual(
+            [row[:5] for row in rows],
+            [
+                [name, f"{q['psnr']:.2f}", f"{q['pooled_psnr']:.2f}", f"{q['ssim']:.4f}", f"{q['if_ssim']:.4f}"]
+                for name, q in expected
+            ],
+        )
         for (name, _), row in zip(expected, rows):
             stages = json.loads((self.results[name] / "report.json").read_text())["stages"]
-            self.assertAlmostEqual(float(row[5]), 1e3 * sum(stage["seconds"] for stage in stages), delta=0.006 * float(row[5]))
+            self.assertAlmostEqual(
+                float(row[5]), 1e3 * sum(stage["seconds"] for stage in stages), delta=0.006 * float(row[5])
+            )
 
         chart = self.browser.find_element(By.CSS_SELECTOR, "#time-charts svg")
         chart.send_keys(Keys.END)
         self.assertEqual(self.text("#time-readout > span"), ["Frame 0004", *self.names])
-        for figure, values in zip(("psnr", "ssim", "if_ssim"), self.browser.find_elements(By.CSS_SELECTOR, "#time-charts .values")):
-            self.assertEqual(values.text.split("\n"), [f"{quality['frames'][4][figure]:.{2 if figure == 'psnr' else 4}f}" for quality in self.quality])
+        for figure, values in zip(
+            ("psnr", "ssim", "if_ssim"), self.browser.find_elements(By.CSS_SELECTOR, "#time-charts .values")
+        ):
+            self.assertEqual(
+                values.text.split("\n"),
+                [f"{quality['frames'][4][figure]:.{2 if figure == 'psnr' else 4}f}" for quality in self.quality],
+            )
 
     def test_figures_are_those_of_bench(self):
         self.choose("stages-of", "bicubic, 1920×1080, fp32")

@@ -4,33 +4,35 @@ const $ = (id) => document.getElementById(id);
 
 function build(node, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
-    if (value !== undefined && value !== null && value !== false) node.setAttribute(name, value === true ? "" : value);
+    if (value !== undefined && value !== null && value !== false) node.setAttribute(name, value === true ? '' : value);
   }
   node.append(...children.filter((child) => child !== undefined && child !== null));
   return node;
 }
 const html = (tag, attributes = {}, ...children) => build(document.createElement(tag), attributes, children);
 const svg = (tag, attributes = {}, ...children) =>
-  build(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+    build(document.createElementNS('http://www.w3.org/2000/svg', tag), attributes, children);
 
 // A select's options; each has a label, maybe a group.
 function fill(select, options) {
   const groups = new Map();
-  options.forEach(({ label, group }, index) => {
-    if (group && !groups.has(group)) groups.set(group, html("optgroup", { label: group }));
-    const option = html("option", { value: index }, label);
-    if (group) groups.get(group).append(option);
-    else select.append(option);
+  options.forEach(({label, group}, index) => {
+    if (group && !groups.has(group)) groups.set(group, html('optgroup', {label: group}));
+    const option = html('option', {value: index}, label);
+    if (group)
+      groups.get(group).append(option);
+    else
+      select.append(option);
   });
   select.append(...groups.values());
 }
 
 const seriesColor = (index) => `var(--series-${index % 8})`;
-const swatch = (color) => html("span", { class: "swatch", style: `--color: ${color}` });
+const swatch = (color) => html('span', {class: 'swatch', style: `--color: ${color}`});
 
 // Three digits that count, never in powers of ten.
 function digits(value) {
-  if (!(value > 0)) return value === 0 ? "0" : "–";
+  if (!(value > 0)) return value === 0 ? '0' : '–';
   if (value < 0.001) return value.toPrecision(2);
   return value.toFixed(value < 0.1 ? 4 : value < 1 ? 3 : value < 10 ? 2 : value < 100 ? 1 : 0);
 }
@@ -49,7 +51,7 @@ function ticks(low, high, most) {
   const step = [1, 2, 5, 10].find((factor) => factor * power >= rough) * power;
   const values = [];
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + step * 1e-9; ++i) values.push(i * step);
-  return { values, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  return {values, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
 }
 
 // Powers of ten; with the values between them where there are few.
@@ -75,8 +77,8 @@ function chart(container, draw) {
   let width = 0;
   const redraw = () => {
     const hadFocus = container.contains(document.activeElement);
-    const { height, attributes = {}, children, listeners = {} } = draw(width);
-    const picture = svg("svg", { viewBox: `0 0 ${width} ${height}`, height, ...attributes }, ...children);
+    const {height, attributes = {}, children, listeners = {}} = draw(width);
+    const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height, ...attributes}, ...children);
     for (const [event, listener] of Object.entries(listeners)) picture.addEventListener(event, listener);
     container.replaceChildren(picture);
     if (hadFocus) picture.focus();
@@ -86,10 +88,13 @@ function chart(container, draw) {
     width = container.clientWidth;
     redraw();
   }).observe(container);
-  return () => { if (width) redraw(); };
+  return () => {
+    if (width) redraw();
+  };
 }
 
-const horizontal = (y, from, to, kind) => svg("line", { x1: from, x2: to, y1: y, y2: y, class: kind });
-const vertical = (x, from, to, kind) => svg("line", { x1: x, x2: x, y1: from, y2: to, class: kind });
-const label = (x, y, text, anchor = "start", kind) => svg("text", { x, y, "text-anchor": anchor, class: kind }, text);
-const path = (points, kind, style) => svg("path", { d: `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L")}`, class: kind, style });
+const horizontal = (y, from, to, kind) => svg('line', {x1: from, x2: to, y1: y, y2: y, class: kind});
+const vertical = (x, from, to, kind) => svg('line', {x1: x, x2: x, y1: from, y2: to, class: kind});
+const label = (x, y, text, anchor = 'start', kind) => svg('text', {x, y, 'text-anchor': anchor, class: kind}, text);
+const path = (points, kind, style) =>
+    svg('path', {d: `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join('L')}`, class: kind, style});

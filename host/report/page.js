@@ -10,26 +10,31 @@ function colours(report) {
 }
 
 function showHeader(report) {
-  const { title, frames, render_size, output_size, results = [], benches = [] } = report;
-  const devices = new Set([...results.map(({ run }) => run?.device.name), ...benches.flatMap(({ bench }) => bench.devices.map(({ profile }) => profile.name))].filter(Boolean));
+  const {title, frames, render_size, output_size, results = [], benches = []} = report;
+  const devices = new Set([
+    ...results.map(({run}) => run?.device.name),
+    ...benches.flatMap(({bench}) => bench.devices.map(({profile}) => profile.name))
+  ].filter(Boolean));
   const facts = [
     frames && `${frames.length} frames`,
     output_size && (render_size ? `${sizeText(render_size)} to ${sizeText(output_size)}` : sizeText(output_size)),
     ...devices,
   ];
   if (title) {
-    $("title").textContent = title;
+    $('title').textContent = title;
     document.title = `${title} – Clarus`;
   }
-  $("subtitle").textContent = [...(title && !title.includes("Clarus") ? ["Clarus"] : []), ...facts.filter(Boolean)].join(" · ");
+  $('subtitle').textContent =
+      [...(title && !title.includes('Clarus') ? ['Clarus'] : []), ...facts.filter(Boolean)].join(' · ');
 }
 
 function showNavigation() {
-  const sections = [...document.querySelectorAll("main > section:not([hidden])")];
-  document.querySelector("nav").replaceChildren(...sections.map((section) => html("a", { href: `#${section.id}` }, section.querySelector("h2").textContent)));
+  const sections = [...document.querySelectorAll('main > section:not([hidden])')];
+  document.querySelector('nav').replaceChildren(
+      ...sections.map((section) => html('a', {href: `#${section.id}`}, section.querySelector('h2').textContent)));
 }
 
-const report = JSON.parse($("data").textContent);
+const report = JSON.parse($('data').textContent);
 colours(report);
 showHeader(report);
 showPictures(report);

@@ -10,18 +10,18 @@ function heatColor(share) {
 }
 
 function showPictures(report) {
-  const { sources = [], pictured = [], frames = [] } = report;
+  const {sources = [], pictured = [], frames = []} = report;
   if (!sources.length) return;
-  $("pictures").hidden = false;
+  $('pictures').hidden = false;
   const [width, height] = report.output_size;
-  const stage = $("stage"), canvas = $("canvas"), split = $("split");
-  stage.style.setProperty("--aspect", width / height);
+  const stage = $('stage'), canvas = $('canvas'), split = $('split');
+  stage.style.setProperty('--aspect', width / height);
 
   // Not the first: what gathers its picture over time has nothing yet there.
   const middle = pictured.length >> 1;
-  const state = { left: 0, right: 0, frame: middle, split: 0.5, zoom: 1, x: width / 2, y: height / 2, difference: false };
-  const results = sources.findLastIndex((source) => source.kind === "result");
-  state.left = Math.max(0, sources.findIndex((source) => source.kind === "result"));
+  const state = {left: 0, right: 0, frame: middle, split: 0.5, zoom: 1, x: width / 2, y: height / 2, difference: false};
+  const results = sources.findLastIndex((source) => source.kind === 'result');
+  state.left = Math.max(0, sources.findIndex((source) => source.kind === 'result'));
   state.right = results > state.left ? results : sources.length - 1;
 
   // Decoded when they are first shown.
@@ -31,7 +31,9 @@ function showPictures(report) {
     if (!decoded.has(key)) {
       const picture = new Image();
       picture.src = sources[source].images[frame];
-      picture.decode().then(draw, () => { throw new Error(`cannot decode a picture of ${sources[source].name}`); });
+      picture.decode().then(draw, () => {
+        throw new Error(`cannot decode a picture of ${sources[source].name}`);
+      });
       decoded.set(key, picture);
     }
     const picture = decoded.get(key);
@@ -55,18 +57,18 @@ function showPictures(report) {
     context.drawImage(picture, 0, 0, width, height);
   }
 
-  let heat = { key: "" };
+  let heat = {key: ''};
   function heatMap(left, right) {
-    const gain = Number($("gain").value);
-    const key = [state.left, state.right, state.frame, gain].join(" ");
+    const gain = Number($('gain').value);
+    const key = [state.left, state.right, state.frame, gain].join(' ');
     if (heat.key === key) return heat.canvas;
     const [a, b] = [left, right].map((picture) => {
-      const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+      const context = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
       context.imageSmoothingEnabled = false;
       context.drawImage(picture, 0, 0, width, height);
       return context.getImageData(0, 0, width, height).data;
     });
-    const table = Array.from({ length: 256 }, (_, level) => heatColor((level * gain) / 255));
+    const table = Array.from({length: 256}, (_, level) => heatColor((level * gain) / 255));
     const pixels = new ImageData(width, height), out = pixels.data;
     for (let i = 0; i < out.length; i += 4) {
       const level = Math.max(Math.abs(a[i] - b[i]), Math.abs(a[i + 1] - b[i + 1]), Math.abs(a[i + 2] - b[i + 2]));
@@ -74,8 +76,8 @@ function showPictures(report) {
       out[i + 3] = 255;
     }
     const map = new OffscreenCanvas(width, height);
-    map.getContext("2d").putImageData(pixels, 0, 0);
-    heat = { key, canvas: map };
+    map.getContext('2d').putImageData(pixels, 0, 0);
+    heat = {key, canvas: map};
     return map;
   }
 
@@ -85,7 +87,7 @@ function showPictures(report) {
     canvas.height = Math.round(stage.clientHeight * ratio);
     const left = image(state.left, state.frame), right = image(state.right, state.frame);
     if (!left || !right) return;
-    const context = canvas.getContext("2d");
+    const context = canvas.getContext('2d');
     place(context, ratio);
     if (state.difference) {
       paint(context, heatMap(left, right), ratio);
@@ -103,91 +105,112 @@ function showPictures(report) {
   }
 
   function quality(source) {
-    const result = (report.results ?? []).find((one) => one.name === source.name && source.kind === "result");
+    const result = (report.results ?? []).find((one) => one.name === source.name && source.kind === 'result');
     const figures = result?.quality.frames[pictured[state.frame]];
     if (!figures) return source.name;
-    return `${source.name} ${timeFigures.filter(({ key }) => key in figures)
-      .map(({ key, heading, unit, decimals }) => `${heading} ${figures[key].toFixed(decimals)}${unit}`).join(", ")}`;
+    return `${source.name} ${
+        timeFigures.filter(({key}) => key in figures)
+            .map(({key, heading, unit, decimals}) => `${heading} ${figures[key].toFixed(decimals)}${unit}`)
+            .join(', ')}`;
   }
 
   function update() {
     const [left, right] = [sources[state.left], sources[state.right]];
-    $("left").value = state.left;
-    $("right").value = state.right;
-    $("frame").value = state.frame;
-    $("frame-name").textContent = frames[pictured[state.frame]];
-    $("left-name").textContent = state.difference ? `${left.name} − ${right.name}` : left.name;
-    $("right-name").textContent = right.name;
-    $("right-name").hidden = split.hidden = state.difference;
+    $('left').value = state.left;
+    $('right').value = state.right;
+    $('frame').value = state.frame;
+    $('frame-name').textContent = frames[pictured[state.frame]];
+    $('left-name').textContent = state.difference ? `${left.name} − ${right.name}` : left.name;
+    $('right-name').textContent = right.name;
+    $('right-name').hidden = split.hidden = state.difference;
     split.style.left = `${state.split * 100}%`;
-    split.setAttribute("aria-valuenow", Math.round(state.split * 100));
-    $("caption").replaceChildren(...[left, right].map((source) => html("span", {}, quality(source))));
-    $("show-slider").setAttribute("aria-pressed", !state.difference);
-    $("show-difference").setAttribute("aria-pressed", state.difference);
-    $("gain-label").hidden = $("heat-legend").hidden = !state.difference;
-    $("heat-most").textContent = `${Math.floor(255 / Number($("gain").value))} of 255 levels, the channel that differs most`;
-    $("zoom-fit").textContent = `×${plain(state.zoom)}`;
-    stage.classList.toggle("zoomed", state.zoom > 1);
+    split.setAttribute('aria-valuenow', Math.round(state.split * 100));
+    $('caption').replaceChildren(...[left, right].map((source) => html('span', {}, quality(source))));
+    $('show-slider').setAttribute('aria-pressed', !state.difference);
+    $('show-difference').setAttribute('aria-pressed', state.difference);
+    $('gain-label').hidden = $('heat-legend').hidden = !state.difference;
+    $('heat-most').textContent =
+        `${Math.floor(255 / Number($('gain').value))} of 255 levels, the channel that differs most`;
+    $('zoom-fit').textContent = `×${plain(state.zoom)}`;
+    stage.classList.toggle('zoomed', state.zoom > 1);
     draw();
   }
-  const change = (changes) => { Object.assign(state, changes); update(); };
+  const change = (changes) => {
+    Object.assign(state, changes);
+    update();
+  };
 
   function showFrame(index) {
     const frame = Math.min(Math.max(index, 0), pictured.length - 1);
-    change({ frame });
+    change({frame});
     report.frameShown?.(pictured[frame]);
   }
   // Other sections show the picture nearest to one of their frames.
-  report.showNearest = (index) =>
-    showFrame(pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0));
+  report.showNearest = (index) => showFrame(
+      pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0));
 
   // The point of the picture that is under a point of the stage stays there.
   function zoomTo(zoom, fromX = stage.clientWidth / 2, fromY = stage.clientHeight / 2) {
     const next = Math.min(Math.max(zoom, 1), largestZoom);
     const dx = fromX - stage.clientWidth / 2, dy = fromY - stage.clientHeight / 2, before = scale();
     const after = (before / state.zoom) * next;
-    change({ zoom: next, x: state.x + dx / before - dx / after, y: state.y + dy / before - dy / after });
+    change({zoom: next, x: state.x + dx / before - dx / after, y: state.y + dy / before - dy / after});
   }
-  const move = (dx, dy) => change({ x: state.x - dx / scale(), y: state.y - dy / scale() });
-  const splitTo = (share) => change({ split: Math.min(Math.max(share, 0), 1) });
-  const swap = () => change({ left: state.right, right: state.left });
-  const reset = () => change({ zoom: 1, x: width / 2, y: height / 2 });
+  const move = (dx, dy) => change({x: state.x - dx / scale(), y: state.y - dy / scale()});
+  const splitTo = (share) => change({split: Math.min(Math.max(share, 0), 1)});
+  const swap = () => change({left: state.right, right: state.left});
+  const reset = () => change({zoom: 1, x: width / 2, y: height / 2});
 
-  fill($("left"), sources.map(({ name }) => ({ label: name })));
-  fill($("right"), sources.map(({ name }) => ({ label: name })));
-  $("frame").max = pictured.length - 1;
-  document.querySelector(".scrub").hidden = pictured.length < 2;
-  const gradient = Array.from({ length: 11 }, (_, i) => `rgb(${heatColor(i / 10).map(Math.round).join(" ")})`);
-  document.querySelector("#heat-legend i").style.background = `linear-gradient(to right, ${gradient.join(", ")})`;
+  fill($('left'), sources.map(({name}) => ({label: name})));
+  fill($('right'), sources.map(({name}) => ({label: name})));
+  $('frame').max = pictured.length - 1;
+  document.querySelector('.scrub').hidden = pictured.length < 2;
+  const gradient = Array.from({length: 11}, (_, i) => `rgb(${heatColor(i / 10).map(Math.round).join(' ')})`);
+  document.querySelector('#heat-legend i').style.background = `linear-gradient(to right, ${gradient.join(', ')})`;
 
-  $("encoding").textContent = report.lossless ? "" : "The pictures are JPEGs of quality 95; figures are those of the images themselves.";
+  $('encoding').textContent =
+      report.lossless ? '' : 'The pictures are JPEGs of quality 95; figures are those of the images themselves.';
 
-  $("left").addEventListener("change", (event) => change({ left: Number(event.target.value) }));
-  $("right").addEventListener("change", (event) => change({ right: Number(event.target.value) }));
-  $("frame").addEventListener("input", (event) => showFrame(Number(event.target.value)));
-  $("gain").addEventListener("change", update);
-  $("swap").addEventListener("click", swap);
-  $("show-slider").addEventListener("click", () => change({ difference: false }));
-  $("show-difference").addEventListener("click", () => change({ difference: true }));
-  $("zoom-in").addEventListener("click", () => zoomTo(state.zoom * 2));
-  $("zoom-out").addEventListener("click", () => zoomTo(state.zoom / 2));
-  $("zoom-fit").addEventListener("click", reset);
+  $('left').addEventListener('change', (event) => change({left: Number(event.target.value)}));
+  $('right').addEventListener('change', (event) => change({right: Number(event.target.value)}));
+  $('frame').addEventListener('input', (event) => showFrame(Number(event.target.value)));
+  $('gain').addEventListener('change', update);
+  $('swap').addEventListener('click', swap);
+  $('show-slider').addEventListener('click', () => change({difference: false}));
+  $('show-difference').addEventListener('click', () => change({difference: true}));
+  $('zoom-in').addEventListener('click', () => zoomTo(state.zoom * 2));
+  $('zoom-out').addEventListener('click', () => zoomTo(state.zoom / 2));
+  $('zoom-fit').addEventListener('click', reset);
 
-  split.addEventListener("keydown", (event) => {
-    const steps = { ArrowLeft: -0.02, ArrowDown: -0.02, ArrowRight: 0.02, ArrowUp: 0.02, PageDown: -0.1, PageUp: 0.1, Home: -1, End: 1 };
+  split.addEventListener('keydown', (event) => {
+    const steps = {
+      ArrowLeft: -0.02,
+      ArrowDown: -0.02,
+      ArrowRight: 0.02,
+      ArrowUp: 0.02,
+      PageDown: -0.1,
+      PageUp: 0.1,
+      Home: -1,
+      End: 1
+    };
     if (!(event.key in steps)) return;
     event.preventDefault();
     splitTo(state.split + steps[event.key]);
   });
-  $("pictures").addEventListener("keydown", (event) => {
+  $('pictures').addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const actions = {
-      "[": () => showFrame(state.frame - 1), "]": () => showFrame(state.frame + 1), x: swap,
-      d: () => change({ difference: !state.difference }), 0: reset,
-      "+": () => zoomTo(state.zoom * 2), "=": () => zoomTo(state.zoom * 2), "-": () => zoomTo(state.zoom / 2),
+      '[': () => showFrame(state.frame - 1),
+      ']': () => showFrame(state.frame + 1),
+      x: swap,
+      d: () => change({difference: !state.difference}),
+      0: reset,
+      '+': () => zoomTo(state.zoom * 2),
+      '=': () => zoomTo(state.zoom * 2),
+      '-': () => zoomTo(state.zoom / 2),
     };
     const action = actions[event.key.toLowerCase()];
-    if (!action || event.target.tagName === "SELECT") return;
+    if (!action || event.target.tagName === 'SELECT') return;
     event.preventDefault();
     action();
   });
@@ -196,22 +219,22 @@ function showPictures(report) {
   const pointers = new Map();
   const at = (event) => {
     const box = stage.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
+    return {x: event.clientX - box.left, y: event.clientY - box.top};
   };
   let onSplit = false;
-  stage.addEventListener("pointerdown", (event) => {
+  stage.addEventListener('pointerdown', (event) => {
     if (event.button !== 0) return;
     stage.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, at(event));
     if (pointers.size > 1) return;
     onSplit = !state.difference && (event.target === split || state.zoom === 1);
-    stage.classList.toggle("moving", !onSplit && state.zoom > 1);
+    stage.classList.toggle('moving', !onSplit && state.zoom > 1);
     if (!onSplit) return;
     event.preventDefault();
-    split.focus({ preventScroll: true });
+    split.focus({preventScroll: true});
     splitTo(at(event).x / stage.clientWidth);
   });
-  stage.addEventListener("pointermove", (event) => {
+  stage.addEventListener('pointermove', (event) => {
     const before = pointers.get(event.pointerId), now = at(event);
     if (!before) return;
     const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
@@ -225,22 +248,24 @@ function showPictures(report) {
       move(now.x - before.x, now.y - before.y);
     }
   });
-  for (const end of ["pointerup", "pointercancel"]) {
+  for (const end of ['pointerup', 'pointercancel']) {
     stage.addEventListener(end, (event) => {
       pointers.delete(event.pointerId);
-      stage.classList.remove("moving");
+      stage.classList.remove('moving');
     });
   }
-  stage.addEventListener("wheel", (event) => {
+  stage.addEventListener('wheel', (event) => {
     if (!event.ctrlKey && !event.metaKey) return;
     event.preventDefault();
-    const { x, y } = at(event);
+    const {x, y} = at(event);
     zoomTo(state.zoom * 2 ** (-event.deltaY / 200), x, y);
-  }, { passive: false });
-  stage.addEventListener("dblclick", (event) => {
-    const { x, y } = at(event);
-    if (state.zoom > 1) reset();
-    else zoomTo(4, x, y);
+  }, {passive: false});
+  stage.addEventListener('dblclick', (event) => {
+    const {x, y} = at(event);
+    if (state.zoom > 1)
+      reset();
+    else
+      zoomTo(4, x, y);
   });
   new ResizeObserver(draw).observe(stage);
   report.firstShown = pictured[middle];
