@@ -41,7 +41,7 @@ Graph unet(Size render) {
 Graph strided(Size render) {
     Graph graph;
     Value x = layer(graph, graph.upsample(graph.input(Resource::color, render), 3, Shift::jitter, "up"), 8);
-    Parameters halving = parameters(8, 8);
+    Parameters halving = zero_parameters(8, 8);
     halving.kernel = 5;
     halving.stride = 2;
     halving.weights.assign(halving.weights_per_set(), 0);

@@ -233,7 +233,7 @@ void add_bench_command(CLI::App& app) {
                     "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained unless told")
         ->type_name("S")
         ->check(CLI::PositiveNumber);
-    CLI::Option& tuning =
+    CLI::Option* const tuning =
         add_choice<Tuning, Tuning>(command, "--tuning", bench_options.tuning,
                                    {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
                                    "Choose kernels by what was measured before, by measuring first, or by fixed rules");
