@@ -19,6 +19,7 @@
 
 #include "clarus/error.h"
 #include "cli/output_folder.h"
+#include "cli/quality_text.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/sequence.h"
@@ -396,6 +397,21 @@ TEST_CASE("compare prints the metrics of the files") {
         REQUIRE(figures["frames"].size() == frame_count);
         CHECK(figures["frames"][2]["ssim"].get<double>() == doctest::Approx(*expected[2].ssim).epsilon(1e-9));
     }
+}
+
+TEST_CASE("a table shows each column's best in bold where it is told to") {
+    cli::NamedQuality sharp{"sharp", {}}, steady{"steady", {}};
+    sharp.quality.psnr = sharp.quality.pooled_psnr = 30;
+    steady.quality.psnr = steady.quality.pooled_psnr = 20;
+    sharp.quality.pixel_std = 2;
+    steady.quality.pixel_std = 1;
+    const std::array results{sharp, steady};
+    const std::string plain = cli::quality_table(results, false), bold = cli::quality_table(results, true);
+    CHECK(plain.find('\033') == std::string::npos);
+    const std::string first = bold.substr(bold.find("\nsharp")), second = bold.substr(bold.find("\nsteady"));
+    CHECK(first.find("30.00\033[0m") < first.find("\nsteady"));
+    CHECK(second.find("20.00\033[0m") == std::string::npos);
+    CHECK(second.find("1.00\033[0m") != std::string::npos);
 }
 
 TEST_CASE("compare prints one table of several results") {

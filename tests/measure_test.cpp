@@ -198,6 +198,25 @@ TEST_CASE("checks are of a model's weights, scale and size") {
     CHECK_THROWS_AS(Checks::read(folder / "wrong.json"), Error);
 }
 
+TEST_CASE("profiles: models, sizes and precisions") {
+    BenchOptions options;
+    options.devices = {test_selector()};
+    const Checks checks = Checks::read(shipped_checks());
+    for (const BenchItem& item : bench_items(options)) {
+        CAPTURE(item.model.name());
+        CHECK(checks.find(item.model, item.render_size));  // retrained weights want new expected images
+        CHECK(std::abs(item.render_size.width * item.model.scale() - 1920) <= item.model.scale() / 2);
+        CHECK(item.model.name().find("-x3") == std::string::npos);  // there is a smaller scale of each
+    }
+    options.profile = Profile::full;
+    options.models = {"bicubic"};
+    const size_t precisions = test_device().profile().half_storage ? 2 : 1;
+    CHECK(bench_items(options).size() == 4 * precisions);
+    options.profile = Profile::sustained;
+    options.models.clear();
+    CHECK(bench_items(options).size() == 1);
+}
+
 TEST_CASE("what is timed is checked against the obvious kernels, in both precisions") {
     BenchOptions options;
     options.devices = {test_selector()};

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import os
 import re
 import subprocess
@@ -68,7 +69,10 @@ def start_clarus(tool, device, case, folder):
 def clarus_seconds(part, answer):
     if part == "frame":
         return answer["seconds"]
-    return sum(stage["seconds"] for stage in answer["stages"] if NETWORK_STAGE.search(stage["name"]))
+    stages = [stage["seconds"] for stage in answer["stages"] if NETWORK_STAGE.search(stage["name"])]
+    if not stages:
+        raise SystemExit("peers: no stage of Clarus's is called as a network's are; see NETWORK_STAGE")
+    return sum(stages)
 
 
 def measure(part, case, folder, clarus, entry, options):
@@ -91,6 +95,15 @@ def measure(part, case, folder, clarus, entry, options):
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
             "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
+
+
+def finite(value):
+    """The same with null in place of numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: finite(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def main():
@@ -128,7 +141,9 @@ def main():
     print()
     print(table.markdown(results) if options.markdown else table.text(results))
     if options.json:
-        options.json.write_text(json.dumps({"version": 1, "output": options.output, "results": results}, indent=1))
+        part = options.json.with_name(f"{options.json.name}.part")
+        part.write_text(json.dumps({"version": 1, "output": options.output, "results": finite(results)}, indent=1))
+        part.replace(options.json)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,9 @@ def make_environment(folder):
         print(f"peers: installing {packages[-1]}", file=sys.stderr)
         # One that cannot be had is said so in the table.
         subprocess.run([folder / "bin/python", "-m", "pip", "install", "--quiet", *packages], check=False)
+    needed = [folder / "bin/python", "-c", "import numpy, torch"]
+    if subprocess.run(needed, stderr=subprocess.DEVNULL).returncode:
+        raise SystemExit(f"peers: NumPy and PyTorch could not be installed; remove {folder} and try again")
     (folder / "complete").touch()
 
 

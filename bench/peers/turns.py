@@ -1,9 +1,11 @@
 """Processes that wait until it is their turn."""
 
+import contextlib
 import json
 import os
 import select
 import subprocess
+import tempfile
 
 PATIENCE = 600  # seconds until a process that does not answer is given up
 
@@ -16,14 +18,14 @@ class Process:
 
     def __init__(self, command, threads):
         environment = {**os.environ, **NO_SPINNING, "OMP_NUM_THREADS": str(threads), "MKL_NUM_THREADS": str(threads)}
+        self.said = tempfile.TemporaryFile()  # a pipe that nobody empties would block it
         self.process = subprocess.Popen(
             [str(part) for part in command],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=self.said,
             env=environment,
         )
-        os.set_blocking(self.process.stderr.fileno(), False)
         self.about = self.answer()
 
     def answer(self):
@@ -33,7 +35,8 @@ class Process:
         if line:
             return json.loads(line)
         self.process.kill()
-        said = (self.process.stderr.read() or b"").decode(errors="replace").strip().splitlines()
+        self.said.seek(0)
+        said = self.said.read().decode(errors="replace").strip().splitlines()
         reason = said[-1] if said else f"exit status {self.process.wait()}"
         return {"error": reason if ready else f"no answer within {PATIENCE} s"}
 
@@ -46,10 +49,11 @@ class Process:
         return self.answer()
 
     def close(self):
-        self.process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.close()
         self.process.wait()
         self.process.stdout.close()
-        self.process.stderr.close()
+        self.said.close()
 
 
 def take_turns(processes, seconds, clock, least_rounds=3, most_rounds=15):
@@ -80,4 +84,7 @@ def turn(process):
     first = process.ask("frame")
     if "error" in first or first["seconds"] > LONG_FRAME:
         return [first]
-    return [process.ask("frame") for _ in range(3)]
+    answers = []
+    while len(answers) < 3 and not (answers and "error" in answers[-1]):
+        answers.append(process.ask("frame"))
+    return answers

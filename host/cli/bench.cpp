@@ -131,10 +131,10 @@ void print_throttling(const ItemResult& item) {
     }
     const measure::Figure begin = measure::summarise(first), end = measure::summarise(last);
     const measure::Ratio ratio = measure::ratio(begin, end);
-    fmt::print(
-        "{} over {:.0f} s: {:.2f} ms in the first fifth, {:.2f} ms in the last: {:.3f} times ({:.3f} to {:.3f})\n",
-        item.model, turns.back().at - turns.front().at, 1e3 * begin.median, 1e3 * end.median, ratio.value, ratio.low,
-        ratio.high);
+    const std::string interval = !measure::median_ranks(part) ? "too few turns to tell how surely"
+                                                              : fmt::format("{:.3f} to {:.3f}", ratio.low, ratio.high);
+    fmt::print("{} over {:.0f} s: {:.2f} ms in the first fifth, {:.2f} ms in the last: {:.3f} times ({})\n", item.model,
+               turns.back().at - turns.front().at, 1e3 * begin.median, 1e3 * end.median, ratio.value, interval);
 }
 
 std::vector<measure::BenchItem> items_of(Options& options) {

@@ -38,10 +38,10 @@ struct ReportOptions {
 };
 
 Json read_bench(const fs::path& file) {
-    const Json bench = io::parse_json(io::read_file(file), file);
+    Json bench = io::parse_json(io::read_file(file), file);
     if (!bench.is_object() || bench.value("format", Json()) != "clarus-bench" || bench.value("version", Json()) != 1)
         fail(ErrorKind::file, "{} is not what `clarus bench` of this version writes", file.string());
-    return {{"name", file.stem().string()}, {"bench", bench}};
+    return bench;
 }
 
 /// What `clarus upscale --report` left in a result's folder; null where it did not.
@@ -67,12 +67,12 @@ std::string name_of(const fs::path& path) {
     return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
 }
 
-/// Results' names: the folder's, with as many of those above it as tell them apart.
-std::vector<std::string> names_of(std::span<const fs::path> folders) {
+/// Folders' or files' last parts; whole paths where those are not enough to tell them apart.
+std::vector<std::string> names_of(std::span<const fs::path> paths) {
     std::vector<std::string> names;
-    for (const fs::path& folder : folders) names.push_back(name_of(folder));
+    for (const fs::path& path : paths) names.push_back(name_of(path));
     if (std::set(names.begin(), names.end()).size() < names.size())
-        for (size_t i = 0; i < names.size(); ++i) names[i] = folders[i].string();
+        for (size_t i = 0; i < names.size(); ++i) names[i] = paths[i].string();
     return names;
 }
 
@@ -170,7 +170,12 @@ void write_report(const ReportOptions& options) {
     OutputFolders folders;
     folders.require(options.output.has_parent_path() ? options.output.parent_path() : ".");
     Json data{{"benches", Json::array()}, {"results", Json::array()}};
-    for (const fs::path& file : options.benches) data["benches"].push_back(read_bench(file));
+    const std::vector<std::string> files = names_of(options.benches);
+    for (size_t i = 0; i < files.size(); ++i) {
+        if (fs::exists(options.output) && fs::equivalent(options.output, options.benches[i]))
+            fail(ErrorKind::invalid_argument, "{} is read; the page needs a file of its own", options.output.string());
+        data["benches"].push_back({{"name", files[i]}, {"bench", read_bench(options.benches[i])}});
+    }
     if (!options.results.empty()) {
         data["title"] = name_of(options.reference.sequence.path);
         add_results(options, data);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "api/build_graph.h"
+#include "base/error.h"
 #include "cl/context.h"
 #include "clarus/error.h"
 #include "io/safetensors.h"
@@ -97,7 +98,15 @@ class Bench {
     }
 
     BenchResult run() {
-        for (const BenchItem& item : items_) peaks_.try_emplace(item.device.profile().selector, item.device);
+        for (const BenchItem& item : items_) {
+            const DeviceProfile& device = item.device.profile();
+            try {
+                peaks_.try_emplace(device.selector, item.device);
+            } catch (const Error& error) {
+                fail(error.kind(), "{} ({}): {}; --devices names those to be measured", device.name, device.selector,
+                     error.what());
+            }
+        }
         // Under sustained load nothing else is to run.
         while (options_.profile == Profile::sustained && take_peaks(kFewestTurns)) {
         }
@@ -166,8 +175,11 @@ class Bench {
     void measure(Group& group) {
         for (auto run = group.begin(); run != group.end();) {
             const bool ready = succeeds(run->result(), [&] {
-                measure_start_of(*run);
+                // A start is with the kernels that are then timed: measured first, where they are to be.
+                const bool tunes = options_.tuning == Tuning::measure;
+                if (!tunes) measure_start_of(*run);
                 run->prepare(sequences_);
+                if (tunes) measure_start_of(*run);
                 report(run->result(), 0.5);
             });
             run = ready ? std::next(run) : group.erase(run);

@@ -1,5 +1,12 @@
 // What `clarus bench` measured, devices side by side.
 
+// A device's name, with its file and selector where there are several of that name.
+function deviceLabel(report, file, profile) {
+  const devices = report.benches.flatMap(({bench}) => bench.devices);
+  const alone = devices.filter((device) => device.profile.name === profile.name).length === 1;
+  return alone ? profile.name : `${profile.name} (${file}, ${profile.selector})`;
+}
+
 function showDevices(report) {
   const benches = report.benches ?? [];
   if (!benches.length) return;

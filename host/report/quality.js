@@ -117,7 +117,7 @@ function timesOf(report) {
         name, run.stages.reduce((sum, stage) => sum + stage.seconds, 0));
   }
   for (const {name: file, bench} of report.benches ?? []) {
-    const devices = new Map(bench.devices.map(({profile}) => [profile.selector, profile.name]));
+    const devices = new Map(bench.devices.map(({profile}) => [profile.selector, deviceLabel(report, file, profile)]));
     for (const {device, model, output_size, precision, score} of bench.items) {
       if (!score) continue;
       for (const result of report.results ?? []) {

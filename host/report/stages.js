@@ -3,9 +3,9 @@
 // A device's name with the peaks that were measured there, where they were.
 function peaksOf(report) {
   const peaks = new Map();
-  for (const {bench} of report.benches ?? []) {
+  for (const {name, bench} of report.benches ?? []) {
     for (const {profile, compute_peak, copy_bandwidth} of bench.devices) {
-      peaks.set(profile.name, {compute: compute_peak.median, bandwidth: copy_bandwidth.median});
+      peaks.set(deviceLabel(report, name, profile), {compute: compute_peak.median, bandwidth: copy_bandwidth.median});
     }
   }
   return peaks;
@@ -31,7 +31,7 @@ function profilesOf(report) {
         profiles.push({
           label: `${model.name}, ${sizeText(output_size)}, ${precision}`,
           group: `${file}: ${profile.name}`,
-          device: profile.name,
+          device: deviceLabel(report, file, profile),
           color: report.colorOf(model.name),
           stages: score.stages.map((stage) => ({...stage, seconds: stage.seconds.median, interval: stage.seconds}))
         });

@@ -6,6 +6,7 @@ runs may work on one folder, on machines that share it too, and each takes what 
 """
 
 import argparse
+import contextlib
 import fcntl
 import os
 import shutil
@@ -22,7 +23,10 @@ def render(clarus, entry, scale, directory):
     if os.path.exists(folder):
         return False
     os.makedirs(part, exist_ok=True)
-    lock = os.open(part, os.O_RDONLY)
+    try:
+        lock = os.open(part, os.O_RDONLY)
+    except FileNotFoundError:  # another process has just finished it
+        return False
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if not os.path.exists(folder):
@@ -33,7 +37,8 @@ def render(clarus, entry, scale, directory):
             if result.returncode:
                 raise SystemExit(f"{entry.name}: {result.stderr.strip()}")
             os.rename(work, folder)
-        os.rmdir(part)
+        with contextlib.suppress(FileNotFoundError):  # another process may have tidied up
+            os.rmdir(part)
     except BlockingIOError:
         return False
     finally:

@@ -39,10 +39,17 @@ def main():
     arguments = parser.parse_args()
     jitters = operators.halton_jitter(arguments.jitters)
     network = load_checkpoint(arguments.checkpoint)
-    if arguments.mix:
-        mix(network, load_checkpoint(arguments.mix[0]), float(arguments.mix[1]))
     if getattr(network, "without", ()):
-        raise SystemExit(f"{arguments.checkpoint}: trained without {', '.join(network.without)}, which no model file can say")
+        raise SystemExit(
+            f"{arguments.checkpoint}: trained without {', '.join(network.without)}, which no model file can say"
+        )
+    if arguments.mix:
+        other = load_checkpoint(arguments.mix[0])
+        if {name: t.shape for name, t in network.state_dict().items()} != {
+            name: t.shape for name, t in other.state_dict().items()
+        }:
+            raise SystemExit(f"--mix {arguments.mix[0]}: a network of another shape")
+        mix(network, other, float(arguments.mix[1]))
     model_file.save(arguments.model, network, jitters, arguments.mlp, half=not arguments.float32)
 
 

@@ -29,12 +29,10 @@ class Entry(NamedTuple):
     thin: bool = False
     segments: tuple = ()
 
-    def spans(self, kind):
-        """The segments of a kind, each its first frame and one past its last."""
-        return [segment["frames"] for segment in self.segments if segment["kind"] == kind]
-
     def frames_of(self, kind):
-        return [t for first, end in self.spans(kind) for t in range(first, end)]
+        """In segments of a kind."""
+        spans = [segment["frames"] for segment in self.segments if segment["kind"] == kind]
+        return [t for first, end in spans for t in range(first, end)]
 
     def render_command(self, clarus, scale, output):
         command = [clarus, "render", "--scene", self.scene, "--path", self.path, "--size", self.size, "--scale", scale]

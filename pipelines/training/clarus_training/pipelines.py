@@ -6,7 +6,7 @@ Each is a module with
 - `parameter_groups(network, arguments)`: for the optimiser; a group's `share` scales its learning rate;
 - `CLIPS`: the lengths of the clips it learns from; `RATE`: its first learning rate;
 - `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one
-  is given, else by the paper's loss; `progress` goes from 0 to 1 as training does;
+  is given, else by its own, the paper's as far as it can be had; `progress` goes from 0 to 1 as training does;
 - `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back;
   where they are missing, that is the scale and the tensors as the network calls them.
 

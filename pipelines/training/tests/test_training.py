@@ -16,6 +16,7 @@ import numpy as np
 import OpenImageIO as oiio
 import torch
 
+import make_data
 from clarus_training import dataset, distil, enss, evaluate, export, manifest, model_file, operators, sequence, train
 
 
@@ -239,7 +240,7 @@ class Evaluation(WithData):
             json.dump(listed, file)
         entries = manifest.read(path)
         self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9"])
-        self.assertEqual((entries[0].frames_of("still"), entries[0].spans("still")), ([2, 3, 4], [[2, 5]]))
+        self.assertEqual(entries[0].frames_of("still"), [2, 3, 4])
         command = entries[2].render_command("clarus", 3, "out")
         options = {"--scene": "procedural:8", "--path": "8", "--jitter": "halton:99+8", "--scale": "3"}
         for words in [*options.items(), ("--output", "out"), ("--hdr",)]:
@@ -252,6 +253,18 @@ class Evaluation(WithData):
                 json.dump(listed + [broken], file)
             with self.assertRaises(SystemExit):
                 manifest.read(path)
+
+    def test_nothing_is_both_trained_on_and_held_out(self):
+        folder = os.path.dirname(make_data.__file__)
+        trained, held_out = (manifest.read(os.path.join(folder, f"{name}.json")) for name in ("training", "held_out"))
+        self.assertFalse({entry.scene for entry in trained} & {entry.scene for entry in held_out})
+        tracks = [[entry for entry in entries if entry.scene.startswith("torcs:")] for entries in (trained, held_out)]
+        self.assertFalse(set.intersection(*({entry.path % 2 for entry in entries} for entries in tracks)))  # the cars
+        self.assertGreaterEqual((len(held_out), len(tracks[1])), (4, 2))
+        self.assertTrue(any(entry.thin for entry in held_out))
+        self.assertTrue(all(entry.frames_of("still") for entry in held_out))
+        moving = sum(len(entry.frames_of("moving")) for entry in held_out)
+        self.assertGreaterEqual(2 * moving, sum(entry.frames for entry in held_out))
 
     def test_figures(self):
         segments = ({"frames": [0, 1], "kind": "moving"}, {"frames": [1, 3], "kind": "still"})

@@ -1,0 +1,49 @@
+"""The README's commands, from nothing to a model's figures, on a tiny scene: needs CLARUS_TOOL, the program's path."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+TOOL = os.environ.get("CLARUS_TOOL")
+
+
+def run(*words):
+    result = subprocess.run([sys.executable, *map(str, words)], cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    if result.returncode:
+        raise AssertionError(f"{words}: {result.stderr.decode()}")
+    return result.stdout.decode()
+
+
+@unittest.skipUnless(TOOL, "CLARUS_TOOL does not name the program")
+class Recipe(unittest.TestCase):
+    def test_from_nothing_to_figures(self):
+        with tempfile.TemporaryDirectory() as work:
+            at = lambda *names: os.path.join(work, *names)
+            segments = [{"frames": [0, 2], "kind": "moving"}]
+            with open(at("list.json"), "w") as file:
+                json.dump([{"name": "one", "scene": "demo", "frames": 3, "size": "48x32", "segments": segments}], file)
+            run("make_data.py", TOOL, at("list.json"), at("data"))
+            self.assertIn("left alone", run("make_data.py", TOOL, at("list.json"), at("data")))
+            train = ["-m", "clarus_training.train", "--scale", 2, "--data", at("data"), "--clip", 2, "--crop", 16]
+            train += ["--batch", 2, "--threads", 1, "--steps", 2, "--amp"]
+            run(*train, "--size", "s", "--output", at("s"))
+            run(*train, "--size", "m", "--grow", at("s", "checkpoint.pt"), "--output", at("m"))
+            run(*train, "--size", "m", "--start", at("m", "checkpoint.pt"), "--loss", "l1-steadier", "--output", at("m2"))
+            mix = ["--mix", at("m2", "checkpoint.pt"), 0.25]
+            run("-m", "clarus_training.export", at("m", "checkpoint.pt"), at("m.safetensors"), "--jitters", 16, *mix)
+            evaluate = ["-m", "clarus_training.evaluate", TOOL, at("list.json"), at("data"), at("m.safetensors")]
+            run(*evaluate, "--json", at("figures.json"))
+            with open(at("figures.json")) as file:
+                (figures,) = json.load(file).values()
+            # Training starts near the upsampled colour, and two steps do not lead far away.
+            self.assertGreater(figures["mean"]["psnr"], figures["mean"]["bicubic_psnr"] - 3)
+            psnr = run("-m", "clarus_training.validation", at("m.safetensors"), at("data", "one"))
+            self.assertIn(f"{figures['mean']['psnr']:.1f}"[:3], psnr)
+
+
+if __name__ == "__main__":
+    unittest.main()
