@@ -13,7 +13,6 @@
 #include "api/build_graph.h"
 #include "base/error.h"
 #include "cl/context.h"
-#include "clarus/error.h"
 #include "io/safetensors.h"
 #include "measure/item_run.h"
 #include "measure/start.h"
