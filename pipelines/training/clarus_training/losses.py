@@ -18,7 +18,7 @@ l2 = F.mse_loss
 
 
 def l1_steady(output, reference, weight=1):
-    """L1 of consecutive frames [T, …], and as much again, times `weight`, for every change where the reference has none.
+    """L1 of consecutive frames [T, …], and as much again, times `weight`, for changes where the reference has none.
 
     Flicker of a picture that stands still is small against its error, and so hardly counts in L1 alone.
     """
@@ -64,4 +64,12 @@ def ssim_l1(output, reference):
     return ssim(output, reference) + l1(output, reference)
 
 
-LOSSES = {"l1": l1, "l2": l2, "l1-steady": l1_steady, "l1-steadier": l1_steadier, "l1-l2": l1_l2, "ssim": ssim, "ssim-l1": ssim_l1}
+LOSSES = {
+    "l1": l1,
+    "l2": l2,
+    "l1-steady": l1_steady,
+    "l1-steadier": l1_steadier,
+    "l1-l2": l1_l2,
+    "ssim": ssim,
+    "ssim-l1": ssim_l1,
+}

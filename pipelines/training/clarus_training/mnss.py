@@ -14,7 +14,10 @@ GUIDED = 0.1  # the share of training in which history is the reference
 
 
 class Mnss(nn.Module):
-    """The network, without what `without` names of ABLATIONS. Its state is (S, E): the previous output and upsampled depth, [N, 3, H, W] and [N, 1, H, W]."""
+    """The network, without what `without` names of ABLATIONS.
+
+    Its state is (S, E): the previous output and upsampled depth, [N, 3, H, W] and [N, 1, H, W].
+    """
 
     pipeline = "mnss"
 

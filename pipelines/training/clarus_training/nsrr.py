@@ -38,14 +38,18 @@ class UNet(nn.Module):
 
 
 class Nsrr(nn.Module):
-    """The network, without what `without` names of ABLATIONS. Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most."""
+    """The network, without what `without` names of ABLATIONS.
+
+    Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most.
+    """
 
     pipeline = "nsrr"
     used = None
 
     def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr", without=()):
         super().__init__()
-        self.scale, self.previous_frames, self.network_color, self.without = scale, previous_frames, network_color, without
+        self.scale, self.previous_frames = scale, previous_frames
+        self.network_color, self.without = network_color, without
         n, channels = previous_frames, 4 + FEATURES[-1]
         self.features_current = convolutions(4, *FEATURES)
         if n:
@@ -69,7 +73,8 @@ class Nsrr(nn.Module):
     def maps(self, frame, state=None, ahead=None):
         """The zero-upsampled current map, the warped history B_1 …, as far as there is one, and the new state."""
         s, n = self.scale, self.previous_frames
-        current, *previous = (operators.zero_upsample(each, s, frame.jitter) for each in ahead or self.ahead([frame])[0])
+        ahead = ahead or self.ahead([frame])[0]
+        current, *previous = (operators.zero_upsample(each, s, frame.jitter) for each in ahead)
         history = []
         if state:
             motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)

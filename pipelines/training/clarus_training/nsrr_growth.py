@@ -19,7 +19,8 @@ def grow(network, small):
             for ours, theirs in zip(getattr(network.unet, stage), getattr(small.unet, stage)):
                 kept = list(range(theirs.in_channels))
                 if skip:  # a first layer's last inputs are the encoder's
-                    ours_skipped, skipped = (getattr(unet, skip)[-1].out_channels for unet in (network.unet, small.unet))
+                    unets = (network.unet, small.unet)
+                    ours_skipped, skipped = (getattr(unet, skip)[-1].out_channels for unet in unets)
                     begin = ours.in_channels - ours_skipped
                     kept[-skipped:] = range(begin, begin + skipped)
                     skip = None

@@ -129,21 +129,21 @@ def own_jitter(network):
     return operators.halton_jitter()[1]
 
 
-def lasting_state(network, frame):
-    """The state when this frame has been shown often enough for all of the state to be there."""
-    state = None
+def state_after_reset(network, frame):
+    """The state after a reset by this frame; maps that NSRR does not have yet are zero."""
     with torch.no_grad():
-        for _ in range(max(1, getattr(network, "previous_frames", 1))):
-            state = network.step(frame, state)[1]
+        state = network.step(frame)[1]
+    if network.pipeline == "nsrr":
+        state = state + [torch.zeros_like(state[0])] * (network.previous_frames - len(state)) if state else []
     return state
 
 
 def frame_graph(network, frame):
-    """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `lasting_state`."""
+    """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
     if network.pipeline in ("srpo", "stack"):
         return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
-    state = lasting_state(network, frame)
+    state = state_after_reset(network, frame)
     if network.pipeline == "enss":
         return Graph(EnssFrame(network, frame.jitter), dict(images, previous_state=state), ["state"])
     module = FrameStep(network, frame.jitter)

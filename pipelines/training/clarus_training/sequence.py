@@ -17,9 +17,9 @@ class Sequence:
     """A sequence's frames as memory-mapped arrays, canonical as the specification's conventions have it.
 
     `color` [T, h, w, 3] and `reference` [T, H, W, 3] are display-encoded: uint8 where the images are, else float16 in
-    [0, 1]. `depth` [T, h, w] is 0 nearest, 1 without any; `motion` [T, h, w, 2] is in render pixels to the previous frame, NaN where
-    invalid. `jitter` is a list of (jx, jy), `motion_jitter` of where in their pixels the vectors were sampled (J_m),
-    `reset` of flags.
+    [0, 1]. `depth` [T, h, w] is 0 nearest, 1 without any; `motion` [T, h, w, 2] is in render pixels to the
+    previous frame, NaN where invalid. `jitter` is a list of (jx, jy), `motion_jitter` of where in their pixels the
+    vectors were sampled (J_m), `reset` of flags.
     """
 
     def __init__(self, directory):

@@ -33,7 +33,7 @@ class OnnxTest(unittest.TestCase):
                 frame = frame._replace(**{key: getattr(frame, key).double() for key in ("color", "depth", "motion")})
                 graph = onnx.frame_graph(network, frame)
                 with torch.no_grad():
-                    output, state = network.step(frame, onnx.lasting_state(network, frame))
+                    output, state = network.step(frame, onnx.state_after_reset(network, frame))
                 outputs = called(graph)
                 torch.testing.assert_close(list(outputs.values())[0][:, :3], output, rtol=0, atol=1e-9)
                 state = state if isinstance(state, (tuple, list)) else [] if state is None else [state]

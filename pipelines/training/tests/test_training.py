@@ -190,7 +190,8 @@ class Loop(WithData):
         for seed in (0, 1):
             self.train(self.at(str(seed)), "--steps", 1, "--seed", seed)
         first, second = (export.load_checkpoint(self.at(str(seed), "checkpoint.pt")) for seed in (0, 1))
-        run(export, self.at("0", "checkpoint.pt"), self.at("mixed.safetensors"), "--float32", "--mix", self.at("1", "checkpoint.pt"), 0.25)
+        mix = ["--mix", self.at("1", "checkpoint.pt"), 0.25]
+        run(export, self.at("0", "checkpoint.pt"), self.at("mixed.safetensors"), "--float32", *mix)
         mixed = model_file.load(self.at("mixed.safetensors"))
         wanted = 0.75 * first.body[0].weight + 0.25 * second.body[0].weight
         self.assertGreater((first.body[0].weight - second.body[0].weight).abs().max().item(), 1e-3)
