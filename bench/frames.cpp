@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bench/suite.h"
+#include "measure/statistics.h"
 
 namespace clarus::bench {
 
@@ -34,8 +35,7 @@ double FrameBench::run() {
 std::vector<StageProfile> FrameBench::stages() {
     std::vector<StageProfile> result;
     for (auto& [stage, seconds] : std::exchange(stages_, {})) {
-        std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
-        stage.seconds = seconds[seconds.size() / 2];
+        stage.seconds = measure::median(seconds);
         result.push_back(std::move(stage));
     }
     return result;

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "bench/random_model.h"
 #include "bench/suite.h"
+#include "measure/statistics.h"
 
 namespace clarus::bench {
 namespace {
@@ -26,10 +27,7 @@ class Record : public benchmark::BenchmarkReporter {
     }
     double median(const std::string& name) const {
         for (const auto& [full_name, seconds] : seconds_) {
-            if (full_name.rfind(name + "/", 0) != 0) continue;
-            std::vector<double> sorted = seconds;
-            std::sort(sorted.begin(), sorted.end());
-            return sorted[sorted.size() / 2];
+            if (full_name.rfind(name + "/", 0) == 0) return measure::median(seconds);
         }
         return 0;  // filtered out
     }

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "bench/random_model.h"
 #include "bench/suite.h"
+#include "measure/statistics.h"
 
 // The runtimes of Xiao et al. 2020, on this device.
 namespace clarus::bench {
@@ -40,8 +41,7 @@ Measured measure(const Device& device, int width, Size output, int previous_fram
     frame.stages();  // of a frame that wakes threads and fills caches
     std::vector<double> seconds;
     for (int run = 0; run < kFrames; ++run) seconds.push_back(frame.run());
-    std::nth_element(seconds.begin(), seconds.begin() + kFrames / 2, seconds.end());
-    return {seconds[kFrames / 2], frame.stages(), frame.memory()};
+    return {measure::median(seconds), frame.stages(), frame.memory()};
 }
 
 /// Prints a part of a row at once: what is left of it, and the next row, may take a minute to measure.

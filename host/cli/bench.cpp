@@ -16,6 +16,7 @@
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
+#include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "measure/start.h"
 
@@ -54,7 +55,7 @@ std::filesystem::path default_output() {
 }
 
 void require_place_for(OutputFolders& folders, const std::filesystem::path& file) {
-    folders.require(file.has_parent_path() ? file.parent_path() : ".");
+    folders.require(folder_of(file));
     if (!file.has_filename() || std::filesystem::is_directory(file))
         fail(ErrorKind::file, "{} is a folder where a file is to be written", file.string());
 }

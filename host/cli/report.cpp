@@ -16,6 +16,7 @@
 #include "cli/comparison.h"
 #include "cli/image_folder.h"
 #include "cli/output_folder.h"
+#include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "io/file.h"
 #include "io/image.h"
@@ -168,7 +169,7 @@ void add_results(const ReportOptions& options, Json& data) {
 
 void write_report(const ReportOptions& options) {
     OutputFolders folders;
-    folders.require(options.output.has_parent_path() ? options.output.parent_path() : ".");
+    folders.require(folder_of(options.output));
     Json data{{"benches", Json::array()}, {"results", Json::array()}};
     const std::vector<std::string> files = names_of(options.benches);
     for (size_t i = 0; i < files.size(); ++i) {
