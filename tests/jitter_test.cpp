@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "clarus/error.h"
@@ -54,6 +55,26 @@ TEST_CASE("MNSS jitter is the pattern of conventions.md") {
         CHECK(jitter.y == doctest::Approx((row + 0.5) / 3 - 0.5));
     }
     CHECK_THROWS_AS(mnss_jitter(0, 4), Error);
+}
+
+TEST_CASE("random jitter takes every sub-pixel's centre, about equally often") {
+    for (const int scale : {1, 2, 3}) {
+        std::map<int, int> taken;
+        const int frames = 200 * scale * scale;
+        for (int frame = 0; frame < frames; ++frame) {
+            const Vec2 jitter = random_jitter(frame, scale);
+            CHECK(jitter == random_jitter(frame, scale));
+            const auto [a, b] = sub_pixel(jitter, scale);
+            CHECK(jitter.x == doctest::Approx((a + 0.5) / scale - 0.5));
+            CHECK(jitter.y == doctest::Approx((b + 0.5) / scale - 0.5));
+            ++taken[scale * b + a];
+        }
+        CHECK(taken.size() == static_cast<size_t>(scale * scale));
+        for (const auto& [place, count] : taken) {
+            CHECK(count > 140);  // four standard deviations of a binomial count of 200 on average
+            CHECK(count < 260);
+        }
+    }
 }
 
 TEST_CASE("five frames of MNSS jitter see three sub-pixels of whatever moves by whole output pixels") {

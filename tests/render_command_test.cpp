@@ -128,6 +128,9 @@ TEST_CASE("clarus render: radiance, scales, jitters, encodings") {
     sequence = studio.read("d");
     CHECK(sequence.frames[0].jitter == halton_jitter(503, 1024));
     CHECK(sequence.frames[1].jitter == halton_jitter(504, 1024));
+
+    studio.render("e", {"--scale", "3", "--jitter", "random", "--first-frame", "7"});
+    CHECK(studio.read("e").frames[1].jitter == random_jitter(8, 3));
 }
 
 TEST_CASE("clarus render: other layouts") {
@@ -170,7 +173,7 @@ TEST_CASE("clarus render refuses bad input before it makes anything") {
     for (const char* scale : {"1", "2.5", "7", "-2"}) refused("--scale", scale, "--scale");
     for (const char* samples : {"0", "5", "-4"}) refused("--reference-samples", samples, "--reference-samples");
     for (const char* samples : {"0", "257"}) refused("--samples", samples, "--samples");
-    for (const char* jitter : {"halton", "halton:0", "halton:4+", "halton:4+4", "halton:4+-1", "halton:+1", "random"})
+    for (const char* jitter : {"halton", "halton:0", "halton:4+", "halton:4+4", "halton:4+-1", "halton:+1", "halton:x"})
         refused("--jitter", jitter, "--jitter");
     refused("--depth", "logarithmic", "--depth");
     for (const char* far : {"0.5", "1e7", "nan"}) refused("--far", far, "--far");
@@ -181,6 +184,8 @@ TEST_CASE("clarus render refuses bad input before it makes anything") {
     refused("--motion-at", "corner", "--motion-at");
     refused("--scene", "office", "office");
     CHECK_THROWS_WITH_AS(studio.render("sequence", {"--scale", "4", "--jitter", "mnss"}), Contains("--jitter"), Error);
+    CHECK_THROWS_WITH_AS(studio.render("sequence", {"--scale", "1.5", "--jitter", "random"}), Contains("--jitter"),
+                         Error);
     // A file stands where the folder should be.
     const auto place = studio.folder / "sequence";
     std::ofstream(place) << "a file";

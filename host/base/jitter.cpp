@@ -1,5 +1,7 @@
 #include "clarus/jitter.h"
 
+#include <random>
+
 #include "base/error.h"
 
 namespace clarus {
@@ -37,6 +39,14 @@ Vec2 mnss_jitter(int frame, int scale) {
         return sub_pixel_centre(a, b, scale);
     }
     fail(ErrorKind::invalid_argument, "the MNSS pattern is for the scales 2 and 3, not {}", scale);
+}
+
+Vec2 random_jitter(int frame, int scale) {
+    // The generator's numbers are the standard's, the same everywhere; its distributions are not.
+    std::mt19937 chance(static_cast<uint32_t>(frame));
+    const auto count = static_cast<uint32_t>(scale);
+    const uint32_t chosen = static_cast<uint32_t>(chance()) % (count * count);
+    return sub_pixel_centre(static_cast<int>(chosen % count), static_cast<int>(chosen / count), scale);
 }
 
 }  // namespace clarus

@@ -79,13 +79,15 @@ std::function<Vec2(int)> parse_jitter(std::string_view text, double scale) {
     if (text == "mnss" && (scale == 2 || scale == 3)) {
         return [scale](int frame) { return mnss_jitter(frame, static_cast<int>(scale)); };
     }
+    if (text == "random" && scale == std::floor(scale)) {
+        return [scale](int frame) { return random_jitter(frame, static_cast<int>(scale)); };
+    }
     const std::optional<Halton> halton = parse_halton(text);
     if (!halton) {
-        fail(
-            ErrorKind::invalid_argument,
-            "--jitter \"{}\" is neither \"none\", nor \"mnss\" (at the scales 2 and 3), nor \"halton:N\" with N from 1 "
-            "to 4096, nor \"halton:N+K\" with K from 0 and below N",
-            text);
+        fail(ErrorKind::invalid_argument,
+             "--jitter \"{}\" is neither \"none\", nor \"mnss\" (at the scales 2 and 3), nor \"random\" (at whole "
+             "scales), nor \"halton:N\" with N from 1 to 4096, nor \"halton:N+K\" with K from 0 and below N",
+             text);
     }
     return [halton = *halton](int frame) { return halton_jitter(halton.start + frame, halton.points); };
 }
@@ -236,8 +238,10 @@ void add_render_command(CLI::App& app) {
     command->add_option("--scale", options->scale, "Output size over render size: 1.5, 1.7, or 2 to 6")
         ->capture_default_str();
     command
-        ->add_option("--jitter", options->jitter,
-                     "halton:N; halton:N+K, which is K frames further on in it; mnss (scales 2 and 3); or none")
+        ->add_option(
+            "--jitter", options->jitter,
+            "halton:N; halton:N+K, which is K frames further on in it; mnss (scales 2 and 3); random (one of the "
+            "scale² sub-pixels' centres; whole scales); or none")
         ->capture_default_str();
     command->add_option("--samples", options->samples, "Samples a pixel of the input's colour, averaged")
         ->capture_default_str();

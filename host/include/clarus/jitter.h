@@ -12,4 +12,8 @@ Vec2 halton_jitter(int frame, int count);
 /// render pixels. `frame` ≥ 0. Errors: invalid_argument for another scale.
 Vec2 mnss_jitter(int frame, int scale);
 
+/// The centre of a sub-pixel taken by chance, the same for a frame every time: what MNSS's pattern is compared with
+/// (MNSS, table 5). `frame` ≥ 0, `scale` ≥ 1; in render pixels.
+Vec2 random_jitter(int frame, int scale);
+
 }  // namespace clarus
