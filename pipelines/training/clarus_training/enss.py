@@ -78,15 +78,19 @@ class Enss(nn.Module):
         jitters = [(0.0, 0.0) if "jitter-kernels" in self.without else frame.jitter for frame in frames]
         kernels = split_kernels(self.kernels(jitters), s, self.features)
         motion, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("motion", "depth"))
-        blocks = operators.dilate_blocks(motion, depth, s)
-        if "warping" in self.without:
-            blocks = torch.where(torch.isfinite(blocks), torch.zeros_like(blocks), blocks)
+        blocks = self.followed(operators.dilate_blocks(motion, depth, s))
         valid = torch.isfinite(blocks).all(dim=1, keepdim=True)
         patches = operators.block_patches(blocks.masked_fill(~valid, 0), (s * depth.shape[2], s * depth.shape[3]))
         return [
             Ahead({name: tensor[t] for name, tensor in kernels.items()}, parts, None if mask.all() else mask)
             for t, (parts, mask) in enumerate(zip(zip(*(part.chunk(count) for part in patches)), valid.chunk(count)))
         ]
+
+    def followed(self, motion):
+        """Motion that history is warped by. Invalid vectors stay invalid."""
+        if "warping" not in self.without:
+            return motion
+        return torch.where(torch.isfinite(motion), torch.zeros_like(motion), motion)
 
     def step(self, frame, state=None, ahead=None, inside=None):
         """One frame: the output and the new state, [N, 4, H, W] with the output and the feature. `state` None: a reset.
@@ -100,8 +104,8 @@ class Enss(nn.Module):
             history = F.pad(operators.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
         if state is not None:
             if "dilation" in self.without:
-                motion = torch.nan_to_num(operators.upsample_motion(frame.motion, s, frame.motion_jitter))
-                warped = operators.warp(state, motion, "clamp", 0)
+                motion = self.followed(operators.upsample_motion(frame.motion, s, frame.motion_jitter))
+                warped = operators.warp(state, torch.nan_to_num(motion), "clamp", 0)
             else:
                 warped = operators.WarpBlocks.apply(state, *patches)
             if valid is not None:

@@ -16,6 +16,11 @@ def load_checkpoint(path):
     return network
 
 
+def same_shape(state, other):
+    """Whether two networks' tensors agree in their names and shapes."""
+    return {name: t.shape for name, t in state.items()} == {name: t.shape for name, t in other.items()}
+
+
 def mix(network, other, share):
     """Moves a network's weights by a share of the way to those of another training of it."""
     with torch.no_grad():
@@ -45,9 +50,7 @@ def main():
         )
     if arguments.mix:
         other = load_checkpoint(arguments.mix[0])
-        if {name: t.shape for name, t in network.state_dict().items()} != {
-            name: t.shape for name, t in other.state_dict().items()
-        }:
+        if not same_shape(network.state_dict(), other.state_dict()):
             raise SystemExit(f"--mix {arguments.mix[0]}: a network of another shape")
         mix(network, other, float(arguments.mix[1]))
     model_file.save(arguments.model, network, jitters, arguments.mlp, half=not arguments.float32)

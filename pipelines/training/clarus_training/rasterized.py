@@ -36,8 +36,8 @@ def measure(clarus, sequence, every, methods):
         write_sequence(work, images, sequence.facts["render_size"], sequence.scale)
         antialias(clarus, [at(image["reference"]) for image in images], at("wanted"))
         figures = {}
-        for model, option in methods.items():
-            output = at("outputs", os.path.basename(model))
+        for i, (model, option) in enumerate(methods.items()):
+            output = at("outputs", str(i))  # models' files may share a name
             run([clarus, "upscale", work, "--model", model, option, "mlaa", "--output", output])
             figures[model] = json.loads(run([clarus, "compare", output, at("wanted"), "--json"]))
     return figures

@@ -232,7 +232,10 @@ def main():
     if arguments.resume and os.path.exists(checkpoint):
         training.load(checkpoint)
     elif arguments.start:
-        training.start_from(torch.load(arguments.start, map_location=arguments.device)["network"])
+        start = torch.load(arguments.start, map_location=arguments.device)["network"]
+        if not export.same_shape(start, training.network.state_dict()):
+            raise SystemExit(f"--start {arguments.start}: a network of another shape")
+        training.start_from(start)
     elif arguments.grow:
         training.grow_from(arguments.grow)
     sequences = usable("--data", arguments.data, arguments.scale)

@@ -35,6 +35,10 @@ def run(network, sequence, frames=None):
     return figures
 
 
+def report(name, ours, bicubic):
+    print(f"{name}: {ours:.2f} dB, bicubic {bicubic:.2f} dB, {ours - bicubic:+.2f} dB", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description="PSNR of a model and of bicubic, computed in PyTorch.")
     parser.add_argument("model")
@@ -44,13 +48,17 @@ def main():
     arguments = parser.parse_args()
     load = export.load_checkpoint if arguments.model.endswith(".pt") else model_file.load
     network = load(arguments.model)
+    means = []
     for sequence in find(arguments.sequences):
         figures = run(network, sequence, arguments.frames)
         if arguments.per_frame:
             for t, (ours, bicubic) in enumerate(figures):
                 print(f"  {t:4}  {ours:6.2f}  {bicubic:6.2f}  {ours - bicubic:+.2f}")
         ours, bicubic = (sum(column) / len(column) for column in zip(*figures))
-        print(f"{sequence.directory}: {ours:.2f} dB, bicubic {bicubic:.2f} dB, {ours - bicubic:+.2f} dB")
+        means.append((ours, bicubic))
+        report(sequence.directory, ours, bicubic)
+    if len(means) > 1:
+        report("mean", *(sum(column) / len(column) for column in zip(*means)))
 
 
 if __name__ == "__main__":

@@ -116,6 +116,7 @@ class Networks(unittest.TestCase):
             self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-3, name)
         self.assertTrue(torch.equal(outputs(clip, "warping"), outputs(still)))
         self.assertLess((outputs(still, "dilation") - outputs(still)).abs().max().item(), 1e-5)
+        self.assertTrue(torch.equal(outputs(clip, "dilation", "warping"), outputs(still, "dilation")))
         network.without = ("blending",)
         inside = {}
         output, _ = network.step(clip[0], inside=inside)

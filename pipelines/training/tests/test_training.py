@@ -197,6 +197,11 @@ class Loop(WithData):
         self.assertGreater((first.body[0].weight - second.body[0].weight).abs().max().item(), 1e-3)
         torch.testing.assert_close(mixed.body[0].weight, wanted)
 
+    def test_another_networks_weights_are_refused(self):
+        self.train("small", "--steps", 1)
+        with self.assertRaisesRegex(SystemExit, "--start .*small.*another shape"):
+            self.train("other", "--steps", 1, "--start", self.at("small", "checkpoint.pt"), size=("--size", "m"))
+
     def test_distillation(self):
         teacher = enss.create(2, 4, 0, 32).kernels
         student, missed = distil.fit(teacher, hidden=24, steps=300)
