@@ -45,14 +45,25 @@ json device(const std::string& selector, const std::string& name) {
 }
 
 json item(const std::string& selector, const std::string& model, const json& latency) {
+    json measured = latency;
+    measured.update({{"p95", 1.0}, {"p99", 1.0}});
+    const json stage{{"name", "resample"}, {"kernel", "rows"},     {"seconds", figure(1, 1, 1)}, {"operations", 8},
+                     {"bytes", 4},         {"compute_share", 0.5}, {"bandwidth_share", 0}};
     return {{"device", selector},
             {"model", {{"name", model}, {"checksum", nullptr}}},
+            {"render_size", {32, 18}},
             {"output_size", {64, 36}},
             {"precision", "fp32"},
+            {"check", {{"result", "passed"}}},
             {"score",
-             {{"latency", latency},
+             {{"latency", measured},
               {"frames_per_second", figure(50, 49, 51)},
-              {"stages", json::array({json{{"name", "resample"}, {"kernel", "rows"}}})}}},
+              {"device_seconds", figure(1, 1, 1)},
+              {"operations", 8},
+              {"bytes", 4},
+              {"roofline_seconds", 0.5},
+              {"roofline_share", 0.5},
+              {"stages", json::array({stage})}}},
             {"no_score", nullptr}};
 }
 
@@ -337,6 +348,9 @@ TEST_CASE("files that hold no results are refused") {
     json broken = good;
     broken["items"][0]["score"]["latency"]["median"] = 0;
     CHECK_THROWS_WITH_AS(compare_files(good, broken), doctest::Contains("items[0].score.latency.median"), Error);
+    broken = good;
+    broken["items"][0]["device"] = "0:1";
+    CHECK_THROWS_WITH_AS(compare_files(good, broken), doctest::Contains("items[0].device"), Error);
     broken = good;
     broken["devices"] = 3;
     CHECK_THROWS_AS(compare_files(good, broken), Error);

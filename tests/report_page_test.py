@@ -26,6 +26,33 @@ DEVICE = os.environ.get("CLARUS_TEST_DEVICE") or "auto"
 AWKWARD = "<!--<script>\"&'é"  # a folder's name
 
 
+# The page's background, and [contrast, text] of what shows text of its own.
+CONTRASTS = """
+const luminance = (rgb) => {
+  const [r, g, b] = rgb.map((v) => v / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+};
+const channels = (color) => color.match(/[0-9.]+/g).map(Number);
+const background = (element) => {
+  for (; element; element = element.parentElement) {
+    const color = channels(getComputedStyle(element).backgroundColor);
+    if (color.length === 3 || color[3] > 0.99) return color.slice(0, 3);
+  }
+  return [255, 255, 255];
+};
+const found = [];
+for (const element of document.querySelectorAll("body *")) {
+  const text = [...element.childNodes].filter((n) => n.nodeType === Node.TEXT_NODE).map((n) => n.data.trim()).join("");
+  if (!text || !element.checkVisibility() || element.closest("script, style, canvas, select:disabled")) continue;
+  const style = getComputedStyle(element);
+  const front = channels(element instanceof SVGElement ? style.fill : style.color).slice(0, 3);
+  const pair = [luminance(front), luminance(background(element))].sort((a, b) => b - a);
+  found.push([(pair[0] + 0.05) / (pair[1] + 0.05), text]);
+}
+return [background(document.body), found];
+"""
+
+
 def run(*arguments, fails=False):
     outcome = subprocess.run([TOOL, *map(str, arguments)], capture_output=True, text=True)
     assert (outcome.returncode != 0) == fails, outcome.stderr
@@ -393,6 +420,18 @@ class ReportPage(unittest.TestCase):
         self.addCleanup(self.browser.set_window_size, 1200, 900)
         self.wait(lambda: self.script("return document.documentElement.scrollWidth <= window.innerWidth"))
 
+    def test_text_is_readable_in_light_and_dark(self):
+        self.addCleanup(self.browser.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
+        backgrounds = {}
+        for scheme in ("light", "dark"):
+            media = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+            self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", media)
+            self.open(self.page)
+            backgrounds[scheme], contrasts = self.script(CONTRASTS)
+            self.assertGreater(len(contrasts), 50)
+            self.assertEqual([each for each in contrasts if each[0] < 4.5], [], scheme)  # WCAG's AA for text
+        self.assertNotEqual(backgrounds["light"], backgrounds["dark"])
+
     def test_devices_alone(self):
         page = self.folder / "devices.html"
         run("report", self.folder / "this.json", "-o", page)
@@ -413,6 +452,15 @@ class ReportPage(unittest.TestCase):
         other.write_text("{}")
         page = self.folder / "none.html"
         self.assertIn("other.json", run("report", other, "-o", page, fails=True))
+        torn = bench("a device", 0.02)
+        torn["items"][0]["score"]["stages"][0]["seconds"]["median"] = "fast"
+        other.write_text(json.dumps(torn))
+        refusal = run("report", other, "-o", page, fails=True)
+        self.assertIn("items[0].score.stages[0].seconds.median", refusal)
+        torn = bench("a device", 0.02)
+        torn["items"][0]["device"] = "7:7"
+        other.write_text(json.dumps(torn))
+        self.assertIn("items[0].device", run("report", other, "-o", page, fails=True))
         shutil.copytree(self.results["bicubic"], self.folder / "odd")
         (self.folder / "odd" / "report.json").write_text('{"model": {"name": 1}}')
         refusal = run("report", self.folder / "odd", "--sequence", self.sequence, "-o", page, fails=True)

@@ -78,20 +78,21 @@ def clarus_seconds(part, answer):
 def measure(part, case, folder, clarus, entry, options):
     """A result as table.py has it, of a model's network or frame."""
     threads = options.threads or entry.get("threads") or os.cpu_count()
-    peers = {name: Process([sys.executable, HERE / "worker.py", name, folder / part, threads], threads)
-             for name in options.peers}  # fmt: skip
-    entries = {PEERS[name]: dict(process.about) for name, process in peers.items()}
-    running = {PEERS[name]: process for name, process in peers.items() if "error" not in process.about}
-    if "error" not in entry:
-        running["Clarus"] = clarus
-    answers, failed = take_turns(running, options.seconds, time.monotonic)
-    for process in peers.values():
-        process.close()
-    entries["Clarus"] = dict(entry)
-    for name, given in answers.items():
-        seconds = [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
-                   if "error" not in answer]  # fmt: skip
-        entries[name].update(failed.get(name, {"seconds": seconds}))
+    entries = {"Clarus": dict(entry)}
+    for together in [[name] for name in options.peers] if options.in_pairs else [options.peers]:
+        peers = {PEERS[name]: Process([sys.executable, HERE / "worker.py", name, folder / part, threads], threads)
+                 for name in together}  # fmt: skip
+        entries.update({name: dict(process.about) for name, process in peers.items()})
+        running = {name: process for name, process in peers.items() if "error" not in process.about}
+        if "error" not in entries["Clarus"]:
+            running["Clarus"] = clarus
+        answers, failed = take_turns(running, options.seconds, time.monotonic)
+        for process in peers.values():
+            process.close()
+        for name, given in answers.items():
+            seconds = [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
+                       if "error" not in answer]  # fmt: skip
+            entries[name].update(failed.get(name, {"seconds": entries[name].get("seconds", []) + seconds}))
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
             "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
@@ -116,6 +117,8 @@ def main():
     parser.add_argument("--device", default="cpu", help="Clarus's, as `clarus devices` has them")
     parser.add_argument("--threads", type=int, help="the peers'; unless told, the device's compute units")
     parser.add_argument("--seconds", type=float, default=15, help="for the turns of a network or frame")
+    parser.add_argument("--in-pairs", action="store_true",
+                        help="every peer takes turns with Clarus alone: less memory, more time")  # fmt: skip
     parser.add_argument("--tool", default=TREE / "build/bin/clarus_turn", help="the program that runs Clarus's frames")
     parser.add_argument("--work", type=Path, default=TREE / "build/peers", help="a folder for graphs")
     parser.add_argument("--json", type=Path, metavar="FILE")

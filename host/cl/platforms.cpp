@@ -60,6 +60,11 @@ DeviceClass device_class(const cl::Device& device) {
     return DeviceClass::cpu;
 }
 
+bool is_simulator(const cl::Device& device) {
+    constexpr cl_device_type every = CL_DEVICE_TYPE_CPU | CL_DEVICE_TYPE_GPU | CL_DEVICE_TYPE_ACCELERATOR;
+    return (device.getInfo<CL_DEVICE_TYPE>() & every) == every;
+}
+
 std::string_view class_name(DeviceClass device_class) {
     switch (device_class) {
         case DeviceClass::gpu:

@@ -24,6 +24,9 @@ std::vector<PlacedDevice> placed_devices();
 
 DeviceClass device_class(const cl::Device& device);
 
+/// A device that claims to be of every type, as Oclgrind's does.
+bool is_simulator(const cl::Device& device);
+
 /// "gpu", "cpu" or "dsp".
 std::string_view class_name(DeviceClass device_class);
 

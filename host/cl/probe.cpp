@@ -6,6 +6,7 @@
 #include "cl/disk_cache.h"
 #include "cl/error.h"
 #include "cl/kernel_source.h"
+#include "cl/platforms.h"
 #include "cl/profile.h"
 
 namespace clarus::ocl {
@@ -60,15 +61,10 @@ Values run(const cl::Device& device, const std::string& source, Values values) {
     return values;
 }
 
-// A device that claims to be of every type is a simulator, whose compiler takes more than it can run.
-bool is_simulator(const cl::Device& device) {
-    constexpr cl_device_type every = CL_DEVICE_TYPE_CPU | CL_DEVICE_TYPE_GPU | CL_DEVICE_TYPE_ACCELERATOR;
-    return (device.getInfo<CL_DEVICE_TYPE>() & every) == every;
-}
-
 Abilities probe_now(const cl::Device& device, const std::string& claims_program) {
     const Values claims = run(device, claims_program, claims_given);
     Abilities abilities{.half_storage = claims[1] == doubled, .half_arithmetic = false, .fast_fma = claims[2] == 1};
+    // A simulator's compiler takes more than it can run.
     if (claims[3] == 1 && !is_simulator(device))
         abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given)[2] == half_one;
     return abilities;

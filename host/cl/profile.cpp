@@ -59,6 +59,7 @@ DeviceProfile profile_of(const cl::Device& device, std::string selector) {
     profile.driver_version = trimmed(device.getInfo<CL_DRIVER_VERSION>());
     profile.opencl_version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
     profile.device_class = device_class(device);
+    profile.simulator = is_simulator(device);
     profile.compute_units = int(device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>());
     profile.clock_mhz = int(info_or<CL_DEVICE_MAX_CLOCK_FREQUENCY, cl_uint>(device, 0));
     profile.float_vector_width = std::max(1, int(info_or<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT, cl_uint>(device, 1)));

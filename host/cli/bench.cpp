@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/precision.h"
 #include "cli/bench_compare.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
@@ -76,7 +77,7 @@ std::string check_text(const measure::Check& check) {
 
 void print_row(const BenchResult& result, const ItemResult& item, size_t model_width) {
     fmt::print("{:<{}}  {:>10}  {:<4}", item.model, model_width, measure::text_of(item.output_size),
-               measure::name_of(item.precision));
+               name_of(item.precision));
     if (!item.score) {
         fmt::print("  no score: {}\n", item.no_score);
         return;

@@ -45,6 +45,7 @@ void print_table(const DeviceProfile& device) {
         {"int8 dot product", yes_no(device.int8_dot_product)},
         {"fast fma", yes_no(device.fast_fma)},
         {"sub-groups", yes_no(device.subgroups)},
+        {"simulator", yes_no(device.simulator)},
         {"sub-devices", yes_no(device.sub_devices)},
     };
     fmt::print("{}  {}\n", device.selector, device.name);

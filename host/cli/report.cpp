@@ -21,6 +21,7 @@
 #include "io/file.h"
 #include "io/image.h"
 #include "io/json_reader.h"
+#include "measure/bench_file.h"
 #include "report/page.h"
 
 namespace clarus::cli {
@@ -37,13 +38,6 @@ struct ReportOptions {
     std::string title;
     fs::path output = "report.html";
 };
-
-Json read_bench(const fs::path& file) {
-    Json bench = io::parse_json(io::read_file(file), file);
-    if (!bench.is_object() || bench.value("format", Json()) != "clarus-bench" || bench.value("version", Json()) != 1)
-        fail(ErrorKind::file, "{} is not what `clarus bench` of this version writes", file.string());
-    return bench;
-}
 
 /// What `clarus upscale --report` left in a result's folder; null where it did not.
 Json read_run(const fs::path& folder) {
@@ -175,7 +169,7 @@ void write_report(const ReportOptions& options) {
     for (size_t i = 0; i < files.size(); ++i) {
         if (fs::exists(options.output) && fs::equivalent(options.output, options.benches[i]))
             fail(ErrorKind::invalid_argument, "{} is read; the page needs a file of its own", options.output.string());
-        data["benches"].push_back({{"name", files[i]}, {"bench", read_bench(options.benches[i])}});
+        data["benches"].push_back({{"name", files[i]}, {"bench", measure::BenchFile(options.benches[i]).json}});
     }
     if (!options.results.empty()) {
         data["title"] = name_of(options.reference.sequence.path);

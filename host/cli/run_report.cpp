@@ -5,23 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "base/log.h"
+#include "base/precision.h"
 #include "cli/quality_text.h"
 #include "io/file.h"
 
 namespace clarus::cli {
 namespace {
-
-const char* name_of(Precision precision) {
-    switch (precision) {
-        case Precision::fp32:
-            return "fp32";
-        case Precision::fp16:
-            return "fp16";
-        case Precision::automatic:
-            break;
-    }
-    return "auto";
-}
 
 nlohmann::ordered_json to_json(Size size) { return {size.width, size.height}; }
 

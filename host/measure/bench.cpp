@@ -201,12 +201,19 @@ class Bench {
 
     /// Whether the item is to have another one.
     bool take_turn(ItemRun& run) {
-        if (!succeeds(run.result(), [&] { run.take_turn(start_); })) return false;
-        const double turns = static_cast<double>(run.turns()) / kFewestTurns,
-                     time = run.seconds() / seconds_of(options_);
-        const bool steady = options_.profile != Profile::sustained && run.is_steady();
-        if (!run.is_wrong() && (turns < 1 || (time < 1 && !steady))) {
-            report(run.result(), 0.5 + 0.5 * std::min(turns, time));
+        const bool sustained = options_.profile == Profile::sustained;
+        double done = 0;  // 1: enough turns
+        const bool succeeded = succeeds(run.result(), [&] {
+            run.take_turn(start_);
+            const double turns = static_cast<double>(run.turns()) / kFewestTurns,
+                         time = run.seconds() / seconds_of(options_);
+            done = std::min(turns, !sustained && run.is_steady() ? 1 : time);
+            // While an image is read back and looked at, a device under sustained load would cool.
+            if (!sustained || run.turns() == 1 || done >= 1) run.check_image();
+        });
+        if (!succeeded) return false;
+        if (!run.is_wrong() && done < 1) {
+            report(run.result(), 0.5 + 0.5 * done);
             return true;
         }
         run.finish();

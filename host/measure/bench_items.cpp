@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 
@@ -15,17 +14,10 @@ constexpr Size k720p{1280, 720}, kHeadset{1080, 1200}, k1080p{1920, 1080}, k4k{3
 constexpr double kFilterScale = 2;
 constexpr const char* kSustainedModel = "enss-m-x2";
 
-/// They are there to find errors; how long they take says nothing.
-bool is_simulator(const DeviceProfile& device) {
-    std::string name = device.name;
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    return name.find("simulator") != std::string::npos;
-}
-
 std::vector<Device> open_devices(std::vector<std::string> selectors) {
     if (selectors.empty()) {
         for (const DeviceProfile& device : list_devices())
-            if (!is_simulator(device)) selectors.push_back(device.selector);
+            if (!device.simulator) selectors.push_back(device.selector);
         if (selectors.empty())
             fail(ErrorKind::no_device,
                  "there is no device but simulators; `clarus devices` lists them, --devices names any");

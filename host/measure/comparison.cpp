@@ -3,42 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "io/file.h"
 #include "io/json_reader.h"
+#include "measure/bench_file.h"
 
 namespace clarus::measure {
 namespace {
 
 using io::JsonNode;
 
-Figure read_figure(const JsonNode& node) {
-    constexpr double most = std::numeric_limits<double>::max(), least = std::numeric_limits<double>::min();
-    Figure figure;
-    figure.median = node["median"].number(least, most);
-    figure.low = node["low"].number(least, most);
-    figure.high = node["high"].number(least, most);
-    figure.turns = static_cast<int>(node["turns"].integer(1, std::numeric_limits<int>::max()));
-    figure.steady = node["steady"].boolean();
-    return figure;
-}
-
 Change change(const JsonNode& a, const JsonNode& b) { return {read_figure(a), read_figure(b)}; }
-
-struct File {
-    std::filesystem::path path;
-    nlohmann::json json;
-
-    explicit File(const std::filesystem::path& from) : path(from), json(io::parse_json(io::read_file(from), from)) {
-        root()["format"].choice<int>({{"clarus-bench", 1}});
-        root()["version"].integer(1, 1);
-    }
-    JsonNode root() const { return JsonNode(json, path); }
-};
 
 /// What stands there as text; "" where nothing does.
 std::string text_at(const nlohmann::json& json, const std::string& pointer) {
@@ -109,7 +86,7 @@ std::string item_text(const std::string& model, const std::string& size, const s
 
 class Comparer {
   public:
-    Comparer(const File& a, const File& b) : a_(a), b_(b) {
+    Comparer(const BenchFile& a, const BenchFile& b) : a_(a), b_(b) {
         const auto devices_a = a.root()["devices"].items(), devices_b = b.root()["devices"].items();
         pairs_ = paired_devices(a.json["devices"], b.json["devices"]);
         add_facts(result_.facts, "", a.json, b.json,
@@ -149,7 +126,7 @@ class Comparer {
     }
 
     /// Items by what they have in common with the other file's; in order of `side`'s.
-    std::vector<std::pair<ItemKey, JsonNode>> items(const File& file, bool is_a) const {
+    std::vector<std::pair<ItemKey, JsonNode>> items(const BenchFile& file, bool is_a) const {
         std::vector<std::pair<ItemKey, JsonNode>> result;
         const auto devices = file.root()["devices"].items();
         for (const JsonNode& item : file.root()["items"].items()) {
@@ -217,7 +194,7 @@ class Comparer {
             add_fact(result_.facts, fmt::format("{}: kernel of {}", item, name), "", kernel);
     }
 
-    const File &a_, &b_;
+    const BenchFile &a_, &b_;
     Pairs pairs_;
     Comparison result_;
 };
@@ -225,7 +202,7 @@ class Comparer {
 }  // namespace
 
 Comparison compare(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const File file_a(a), file_b(b);
+    const BenchFile file_a(a), file_b(b);
     return Comparer(file_a, file_b).result();
 }
 

@@ -12,6 +12,7 @@ nlohmann::ordered_json to_json(const DeviceProfile& device) {
             {"driver_version", device.driver_version},
             {"opencl_version", device.opencl_version},
             {"class", ocl::class_name(device.device_class)},
+            {"simulator", device.simulator},
             {"compute_units", device.compute_units},
             {"clock_mhz", device.clock_mhz},
             {"float_vector_width", device.float_vector_width},

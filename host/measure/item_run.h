@@ -21,8 +21,10 @@ class ItemRun {
     /// Errors: build, out_of_memory, device.
     void prepare(DeviceSequences& sequences) { upscaler_.prepare(sequences); }
 
-    /// One turn and the check of its image; the run began at `start`. Errors: device.
+    /// One turn; the run began at `start`. Errors: device.
     void take_turn(double start);
+    /// Of the last turn's image. Errors: device.
+    void check_image();
 
     bool is_wrong() const { return result_.check.result == Check::Result::failed; }
     bool is_steady() const { return summarise(latencies_).steady; }
@@ -39,7 +41,6 @@ class ItemRun {
     };
 
     void add(const Turn& turn, double start);
-    void check_image();
 
     const BenchItem& item_;
     const Sketch* expected_;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "base/precision.h"
 #include "io/file.h"
 #include "measure/commit.h"
 #include "measure/device_json.h"
@@ -124,7 +125,7 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
                 {"parameters", item.parameters}}},
               {"render_size", to_json(item.render_size)},
               {"output_size", to_json(item.output_size)},
-              {"precision", measure::name_of(item.precision)}};
+              {"precision", clarus::name_of(item.precision)}};
     json["memory"] = item.memory ? Json{{"arena", item.memory->arena},
                                         {"weights", item.memory->weights},
                                         {"total", item.memory->arena + item.memory->weights}}
@@ -143,8 +144,6 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
 }
 
 }  // namespace
-
-const char* name_of(Precision precision) { return precision == Precision::fp16 ? "fp16" : "fp32"; }
 
 std::string text_of(Size size) { return fmt::format("{}x{}", size.width, size.height); }
 

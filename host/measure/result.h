@@ -92,7 +92,6 @@ struct BenchResult {
     void write(const std::filesystem::path& path) const;
 };
 
-const char* name_of(Precision precision);
 /// "1920x1080"
 std::string text_of(Size size);
 

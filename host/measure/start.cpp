@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/precision.h"
 #include "cl/disk_cache.h"
 #include "io/temporary_folder.h"
 #include "measure/timed_upscaler.h"

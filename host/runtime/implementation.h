@@ -73,6 +73,11 @@ struct Lowered {
 /// Values of what an implementation leaves open ("TILES" → 12).
 using Choices = std::map<std::string, int>;
 
+/// Devices that make vectors of work-items, rather than of what a work-item says is one.
+inline bool wants_many_work_items(const DeviceProfile& profile) {
+    return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4;
+}
+
 /// One way to run an operator. Every operator has an obvious one, which runs everywhere and which the others are tested
 /// against.
 struct Implementation {

@@ -19,6 +19,7 @@ struct DeviceProfile {
     std::string selector;  // "platform:device", what `Device::open` takes to get this one again
     std::string name, vendor, platform, driver_version, opencl_version;
     DeviceClass device_class = DeviceClass::cpu;
+    bool simulator = false;  // there to find errors: how long it takes says nothing, and its compiler takes too much
     int compute_units = 1;
     int clock_mhz = 0;
     int float_vector_width = 1;  // native width in floats

@@ -49,10 +49,6 @@ Packing packing_in_blocks(const Problem& problem) {
 bool is_dense(const Problem& problem) {
     return problem.inputs[0].block == 1 && problem.parameters->groups == 1 && problem.parameters->stride == 1;
 }
-/// Devices that make vectors of work-items, rather than of what a work-item says is one.
-bool wants_many_work_items(const DeviceProfile& profile) {
-    return profile.device_class == DeviceClass::gpu || profile.float_vector_width < 4;
-}
 
 // --- plain
 

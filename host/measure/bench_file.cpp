@@ -1,0 +1,71 @@
+#include "measure/bench_file.h"
+
+#include <limits>
+#include <set>
+#include <string>
+
+#include "io/file.h"
+
+namespace clarus::measure {
+namespace {
+
+using io::JsonNode;
+
+constexpr double kMost = std::numeric_limits<double>::max(), kLeast = std::numeric_limits<double>::min();
+
+void check_size(const JsonNode& size) {
+    for (const JsonNode& side : size.items(2)) side.integer(1, 1 << 15);
+}
+
+void check_stage(const JsonNode& stage) {
+    stage["name"].text();
+    stage["kernel"].text();
+    read_figure(stage["seconds"]);
+    for (const char* key : {"operations", "bytes", "compute_share", "bandwidth_share"}) stage[key].number(0, kMost);
+}
+
+void check_score(const JsonNode& score) {
+    for (const char* key : {"latency", "frames_per_second", "device_seconds"}) read_figure(score[key]);
+    for (const char* key : {"p95", "p99"}) score["latency"][key].number(kLeast, kMost);
+    for (const char* key : {"operations", "bytes", "roofline_seconds", "roofline_share"}) score[key].number(0, kMost);
+    for (const JsonNode& stage : score["stages"].items()) check_stage(stage);
+}
+
+void check_item(const JsonNode& item, const std::set<std::string>& devices) {
+    if (!devices.contains(item["device"].text())) item["device"].refuse("the selector of one of the devices");
+    item["model"]["name"].text();
+    item["precision"].text();
+    check_size(item["render_size"]);
+    check_size(item["output_size"]);
+    item["check"]["result"].text();
+    if (item["score"].is_null())
+        item["no_score"].text();
+    else
+        check_score(item["score"]);
+}
+
+}  // namespace
+
+Figure read_figure(const JsonNode& node) {
+    Figure figure;
+    figure.median = node["median"].number(kLeast, kMost);
+    figure.low = node["low"].number(kLeast, kMost);
+    figure.high = node["high"].number(kLeast, kMost);
+    figure.turns = static_cast<int>(node["turns"].integer(1, std::numeric_limits<int>::max()));
+    figure.steady = node["steady"].boolean();
+    return figure;
+}
+
+BenchFile::BenchFile(const std::filesystem::path& from) : path(from), json(io::parse_json(io::read_file(from), from)) {
+    root()["format"].choice<int>({{"clarus-bench", 1}});
+    root()["version"].integer(1, 1);
+    std::set<std::string> devices;
+    for (const JsonNode& device : root()["devices"].items()) {
+        devices.insert(device["profile"]["selector"].text());
+        device["profile"]["name"].text();
+        for (const char* key : {"compute_peak", "copy_bandwidth"}) read_figure(device[key]);
+    }
+    for (const JsonNode& item : root()["items"].items()) check_item(item, devices);
+}
+
+}  // namespace clarus::measure
