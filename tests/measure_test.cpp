@@ -295,6 +295,7 @@ TEST_CASE("two runs are compared by what they have in common") {
     b["suite"]["commit"] = "bbbb";
     b["devices"][0]["profile"]["driver_version"] = "2";
     b["items"][1]["score"]["stages"][0]["kernel"] = "tiles";
+    b["items"][1]["score"]["stages"][0]["seconds"] = figure(0.25, 0.24, 0.26);
     const Comparison comparison = compare_files(a, b);
     REQUIRE(comparison.items.size() == 2);
     const ItemChange& bicubic = comparison.items[0];
@@ -315,6 +316,9 @@ TEST_CASE("two runs are compared by what they have in common") {
     CHECK(comparison.facts[2].what == "bicubic 64x36 fp32: kernel of resample");
     CHECK(comparison.facts[2].a == "rows");
     CHECK(comparison.facts[2].b == "tiles");
+    REQUIRE(bicubic.stages.size() == 1);
+    CHECK(bicubic.stages[0].name == "resample");
+    CHECK(bicubic.stages[0].seconds.b_over_a.value == doctest::Approx(0.25));
 }
 
 TEST_CASE("devices of two machines are paired by their names, then in their order") {
@@ -325,7 +329,7 @@ TEST_CASE("devices of two machines are paired by their names, then in their orde
     CHECK(comparison.devices[0].b == "three");
     CHECK(comparison.devices[1].b == "two");
     REQUIRE(comparison.items.size() == 1);
-    CHECK(comparison.items[0].device_b == "two");
+    CHECK(comparison.devices[comparison.items[0].device].b == "two");
     CHECK(!comparison.items[0].latency->is_bounded());
 
     b["items"][0]["score"] = nullptr;
@@ -337,8 +341,8 @@ TEST_CASE("devices of two machines are paired by their names, then in their orde
     // A device that the other file lacks.
     comparison = compare_files(a, results({device("0:0", "one")}, {item("0:0", "bicubic", figure(1, 1, 1))}));
     CHECK(comparison.items.empty());
-    CHECK(comparison.only_a.size() == 1);
-    CHECK(comparison.only_b.size() == 1);
+    CHECK(comparison.only_a == std::vector<std::string>{"two (1:0): bicubic 64x36 fp32"});
+    CHECK(comparison.only_b == std::vector<std::string>{"one (0:0): bicubic 64x36 fp32"});
 }
 
 TEST_CASE("files that hold no results are refused") {

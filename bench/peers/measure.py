@@ -93,6 +93,9 @@ def measure(part, case, folder, clarus, entry, options):
             seconds = [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
                        if "error" not in answer]  # fmt: skip
             entries[name].update(failed.get(name, {"seconds": entries[name].get("seconds", []) + seconds}))
+        beside = answers.get("Clarus", [])
+        for name in set(running) - {"Clarus"}:
+            entries[name]["beside"] = [clarus_seconds(part, answer) for answer in beside if "error" not in answer]
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
             "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip

@@ -1,7 +1,8 @@
 """Medians, ratios and the tables of what has been measured.
 
 A result is a dictionary: `model`, `part` ("network" or "frame"), and for `clarus` and each of `peers` a dictionary with
-`seconds` (of every timed run) and `difference`, or `error`.
+`seconds` (of every timed run) and `difference`, or `error`. A peer's `beside`, where it has one, are Clarus's seconds in the
+same rounds.
 """
 
 import statistics
@@ -26,7 +27,7 @@ def score(entry):
 
 
 def verdict(result):
-    """How many times as long as Clarus the fastest peer takes, its name, and whether the bar is met.
+    """How many times as long as Clarus in the same rounds the fastest peer takes, its name, and whether the bar is met.
 
     The ratio is None where either side has no score; then no bar is met.
     """
@@ -36,7 +37,8 @@ def verdict(result):
     if not medians or own is None:
         return {"ratio": None, "fastest": None, "met": False}
     fastest = min(medians, key=medians.get)
-    ratio = medians[fastest] / own[0]
+    beside = result["peers"][fastest].get("beside")
+    ratio = medians[fastest] / (statistics.median(beside) if beside else own[0])
     return {"ratio": ratio, "fastest": fastest, "met": ratio >= BARS[result["part"]]}
 
 

@@ -34,6 +34,11 @@ class TableTest(unittest.TestCase):
         self.assertFalse(table.verdict(result("frame", timed(10), a=timed(15)))["met"])
         self.assertTrue(table.verdict(result("frame", timed(10), a=timed(20)))["met"])
 
+    def test_a_ratio_is_to_clarus_in_the_same_rounds(self):
+        judged = table.verdict(result("network", timed(10), a=timed(30), b={**timed(20), "beside": [0.008, 0.009, 0.008]}))
+        self.assertEqual(judged["fastest"], "b")
+        self.assertAlmostEqual(judged["ratio"], 2.5)
+
     def test_a_wrong_result_has_no_score(self):
         quick_but_wrong = result("network", timed(10), a=timed(1, difference=WRONG), b=timed(40))
         self.assertEqual(table.verdict(quick_but_wrong)["fastest"], "b")

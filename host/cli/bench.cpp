@@ -63,18 +63,6 @@ void require_place_for(OutputFolders& folders, const std::filesystem::path& file
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * share); }
 
-std::string check_text(const measure::Check& check) {
-    switch (check.result) {
-        case measure::Check::Result::passed:
-            return "ok";
-        case measure::Check::Result::failed:
-            return "WRONG";
-        case measure::Check::Result::unchecked:
-            break;
-    }
-    return "unchecked";
-}
-
 void print_row(const BenchResult& result, const ItemResult& item, size_t model_width) {
     fmt::print("{:<{}}  {:>10}  {:<4}", item.model, model_width, measure::text_of(item.output_size),
                name_of(item.precision));
@@ -87,10 +75,10 @@ void print_row(const BenchResult& result, const ItemResult& item, size_t model_w
     fmt::print("  {:>9.2f}  {:>8.2f}  {:>6}{}  {:>8.1f}  {:>7}", 1e3 * score.latency.median, 1e3 * score.p95,
                fmt::format("{:.1f} %", 100 * within), score.latency.steady ? " " : "*", score.frames_per_second.median,
                percent(score.roofline_share(result.device_of(item))));
-    fmt::print("  {:>7.1f}", static_cast<double>(item.memory->arena + item.memory->weights) / (1 << 20));
+    fmt::print("  {:>7.1f}", static_cast<double>(measure::without_images(*item.memory)) / (1 << 20));
     fmt::print("  {:>6}  {:>6}", item.start ? fmt::format("{:.1f}", item.start->cold) : "-",
                item.start ? fmt::format("{:.2f}", item.start->warm) : "-");
-    fmt::print("  {}\n", check_text(item.check));
+    fmt::print("  {}\n", item.check.result == measure::Check::Result::passed ? "ok" : "unchecked");
 }
 
 void print_tables(const BenchResult& result) {
@@ -166,11 +154,14 @@ void bench(Options& options) {
     options.bench.version = CLARUS_VERSION;
     if (!options.without_start) options.bench.tool = std::filesystem::read_symlink("/proc/self/exe");
     const std::vector<measure::BenchItem> items = items_of(options);
+    const std::filesystem::path unfinished = output.string() + ".part";
+    options.bench.interim = [&](const BenchResult& result) { result.write(unfinished); };
     const BenchResult result = [&] {
         Progress progress("measuring");
         return measure::run_bench(options.bench, items, [&](double done) { progress.update(done); });
     }();
     result.write(output);
+    std::filesystem::remove(unfinished);
     print_tables(result);
     if (result.profile == measure::Profile::sustained)
         for (const ItemResult& item : result.items) print_throttling(item);

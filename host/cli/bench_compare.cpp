@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "measure/comparison.h"
 #include "measure/result.h"
@@ -46,14 +49,20 @@ Json to_json(const Comparison& comparison) {
                                    {"compute_peak", to_json(device.compute_peak, Better::more)},
                                    {"copy_bandwidth", to_json(device.copy_bandwidth, Better::more)}});
     for (const measure::ItemChange& item : comparison.items) {
-        Json entry{{"device_a", item.device_a},
-                   {"device_b", item.device_b},
+        Json entry{{"device_a", comparison.devices[item.device].a},
+                   {"device_b", comparison.devices[item.device].b},
                    {"model", item.model},
                    {"output_size", {item.output_size.width, item.output_size.height}},
                    {"precision", item.precision}};
         entry["latency"] = item.latency ? to_json(*item.latency, Better::less) : Json();
         entry["frames_per_second"] = item.frames_per_second ? to_json(*item.frames_per_second, Better::more) : Json();
         entry["no_score"] = item.no_score.empty() ? Json() : Json(item.no_score);
+        entry["stages"] = Json::array();
+        for (const measure::StageChange& stage : item.stages) {
+            Json change{{"name", stage.name}};
+            change.update(to_json(stage.seconds, Better::less));
+            entry["stages"].push_back(std::move(change));
+        }
         json["items"].push_back(std::move(entry));
     }
     return json;
@@ -73,26 +82,52 @@ void print_device(const measure::DeviceChange& device) {
     line("copy bandwidth", "GB/s", device.copy_bandwidth);
 }
 
-void print_items(const Comparison& comparison) {
+/// The stages that account for most of an item's change.
+void print_stages(const measure::ItemChange& item) {
+    constexpr size_t kMost = 3;
+    std::vector<const measure::StageChange*> changed;
+    for (const measure::StageChange& stage : item.stages)
+        if (stage.seconds.is_bounded() && stage.seconds.b_over_a.is_change()) changed.push_back(&stage);
+    const auto size = [](const measure::StageChange* stage) {
+        return std::abs(stage->seconds.b.median - stage->seconds.a.median);
+    };
+    std::stable_sort(changed.begin(), changed.end(), [&](const auto* a, const auto* b) { return size(a) > size(b); });
+    if (changed.size() > kMost) changed.resize(kMost);
+    for (const measure::StageChange* stage : changed)
+        fmt::print("    {}: {:.3f} ms, {:.3f} ms, {}\n", stage->name, 1e3 * stage->seconds.a.median,
+                   1e3 * stage->seconds.b.median, verdict(stage->seconds, Better::less));
+}
+
+void print_items(const Comparison& comparison, size_t device) {
     size_t width = 5;
     for (const measure::ItemChange& item : comparison.items) width = std::max(width, item.model.size());
-    fmt::print("\n{:<{}}  {:>10}  {:<4}  {:>9}  {:>9}   {:<26}\n", "model", width, "output", "", "A, ms", "B, ms",
-               "B / A");
+    fmt::print("\n{:<{}}  {:>10}  {:<4}  {:>9}  {:>9}   {:<25}  {:<25}\n", "model", width, "output", "", "A, ms",
+               "B, ms", "B / A", "frames a second, B / A");
     for (const measure::ItemChange& item : comparison.items) {
+        if (item.device != device) continue;
         fmt::print("{:<{}}  {:>10}  {:<4}  ", item.model, width, measure::text_of(item.output_size), item.precision);
-        if (item.latency)
-            fmt::print("{:>9.2f}  {:>9.2f}   {:<26}  {}\n", 1e3 * item.latency->a.median, 1e3 * item.latency->b.median,
-                       interval(item.latency->b_over_a), verdict(*item.latency, Better::less));
-        else
+        if (!item.latency) {
             fmt::print("no score in {}\n", item.no_score);
+            continue;
+        }
+        fmt::print("{:>9.2f}  {:>9.2f}   {:<25}  {:<25}  {}\n", 1e3 * item.latency->a.median,
+                   1e3 * item.latency->b.median, interval(item.latency->b_over_a),
+                   interval(item.frames_per_second->b_over_a), verdict(*item.latency, Better::less));
+        print_stages(item);
     }
+    fmt::print("\n");
 }
 
 void print(const Comparison& comparison) {
-    for (const measure::DeviceChange& device : comparison.devices) print_device(device);
-    print_items(comparison);
-    fmt::print("\nIn brackets: where the ratio is with a confidence of at least {:.0f} %.\n",
-               100 * (2 * measure::kConfidence - 1));
+    for (size_t device = 0; device < comparison.devices.size(); ++device) {
+        print_device(comparison.devices[device]);
+        print_items(comparison, device);
+    }
+    fmt::print(
+        "In brackets: where the ratio is with a confidence of at least {:.0f} %, were a run's turns independent. "
+        "Indented: "
+        "the stages that changed most.\n",
+        100 * (2 * measure::kConfidence - 1));
     for (const auto& [items, file] : {std::pair(&comparison.only_a, "A"), {&comparison.only_b, "B"}})
         for (const std::string& item : *items) fmt::print("only in {}: {}\n", file, item);
     if (comparison.facts.empty()) return;

@@ -112,10 +112,11 @@ class Bench {
         for (size_t next = 0; next < items_.size();) {
             Group group = next_group(next);
             measure(group);
+            if (options_.interim) options_.interim(so_far());
         }
         while (take_peaks(kFewestTurns)) {
         }
-        for (const auto& [selector, peaks] : peaks_) result_.devices.push_back(peaks.result());
+        result_.devices = devices();
         result_.clock_mhz_after = clock_mhz();
         result_.seconds = now() - start_;
         return std::move(result_);
@@ -123,6 +124,23 @@ class Bench {
 
   private:
     using Group = std::list<ItemRun>;
+
+    std::vector<DeviceResult> devices() const {
+        std::vector<DeviceResult> results;
+        for (const auto& [selector, peaks] : peaks_) results.push_back(peaks.result());
+        return results;
+    }
+
+    BenchResult so_far() {
+        while (take_peaks(1)) {
+        }
+        BenchResult result = result_;
+        result.devices = devices();
+        result.seconds = now() - start_;
+        for (size_t i = result.items.size(); i-- > 0;)
+            if (done_[i] < 1) result.items.erase(result.items.begin() + static_cast<ptrdiff_t>(i));
+        return result;
+    }
 
     /// A turn of every device's peaks, unless they have had as many; whether there was one.
     bool take_peaks(int turns) {
@@ -141,7 +159,7 @@ class Bench {
         try {
             step();
             return true;
-        } catch (const Error& error) {
+        } catch (const std::exception& error) {  // the rest goes on, whatever it was
             result.no_score = error.what();
             report(result, 1);
             return false;

@@ -24,6 +24,8 @@ struct BenchOptions {
     /// The tool that is to be started anew to measure starts. Empty: they are not measured.
     std::filesystem::path tool;
     std::string version;
+    /// Called with what has been measured so far, now and then: a full run takes hours.
+    std::function<void(const BenchResult&)> interim;
 };
 
 /// One model at one size and precision on one device.

@@ -80,10 +80,6 @@ struct ItemKey {
     auto operator<=>(const ItemKey&) const = default;
 };
 
-std::string item_text(const std::string& model, const std::string& size, const std::string& precision) {
-    return fmt::format("{} {} {}", model, size, precision);
-}
-
 class Comparer {
   public:
     Comparer(const BenchFile& a, const BenchFile& b) : a_(a), b_(b) {
@@ -125,7 +121,7 @@ class Comparer {
                    {"clock, MHz", "/profile/clock_mhz"}});
     }
 
-    /// Items by what they have in common with the other file's; in order of `side`'s.
+    /// Items by what they have in common with the other file's; in the file's order.
     std::vector<std::pair<ItemKey, JsonNode>> items(const BenchFile& file, bool is_a) const {
         std::vector<std::pair<ItemKey, JsonNode>> result;
         const auto devices = file.root()["devices"].items();
@@ -147,27 +143,35 @@ class Comparer {
 
     void compare_items() {
         const auto items_a = items(a_, true), items_b = items(b_, false);
-        const auto text = [](const ItemKey& key) {
-            return item_text(key.model, fmt::format("{}x{}", key.width, key.height), key.precision);
-        };
         std::map<ItemKey, const JsonNode*> of_b;
         for (const auto& [key, item] : items_b) of_b[key] = &item;
         for (const auto& [key, item] : items_a) {
             const auto other = of_b.find(key);
             if (other == of_b.end()) {
-                result_.only_a.push_back(text(key));
+                result_.only_a.push_back(text_of(a_, key, item));
                 continue;
             }
-            compare_item(key, text(key), item, *other->second);
+            compare_item(key, item, *other->second);
             of_b.erase(other);
         }
         for (const auto& [key, item] : items_b)
-            if (of_b.contains(key)) result_.only_b.push_back(text(key));
+            if (of_b.contains(key)) result_.only_b.push_back(text_of(b_, key, item));
     }
 
-    void compare_item(const ItemKey& key, const std::string& text, const JsonNode& a, const JsonNode& b) {
-        const DeviceChange& devices = result_.devices[key.pair];
-        ItemChange item{devices.a, devices.b, key.model, key.precision, {key.width, key.height}, {}, {}, {}};
+    /// As facts name an item: its device is said where one of the files has several.
+    std::string text_of(const BenchFile& file, const ItemKey& key, const JsonNode& item) const {
+        std::string device;
+        if (std::max(a_.json["devices"].size(), b_.json["devices"].size()) > 1) {
+            const std::string selector = item["device"].text();
+            for (const JsonNode& each : file.root()["devices"].items())
+                if (each["profile"]["selector"].text() == selector)
+                    device = fmt::format("{} ({}): ", each["profile"]["name"].text(), selector);
+        }
+        return fmt::format("{}{} {}x{} {}", device, key.model, key.width, key.height, key.precision);
+    }
+
+    void compare_item(const ItemKey& key, const JsonNode& a, const JsonNode& b) {
+        ItemChange item{key.pair, key.model, key.precision, {key.width, key.height}, {}, {}, {}, {}};
         const auto word = [](const JsonNode& node) { return node.is_null() ? std::string() : node.text(); };
         add_fact(result_.facts, key.model + ": weights", word(a["model"]["checksum"]), word(b["model"]["checksum"]));
         const JsonNode score_a = a["score"], score_b = b["score"];
@@ -177,21 +181,27 @@ class Comparer {
         } else {
             item.latency = change(score_a["latency"], score_b["latency"]);
             item.frames_per_second = change(score_a["frames_per_second"], score_b["frames_per_second"]);
-            compare_kernels(text, score_a, score_b);
+            compare_stages(text_of(a_, key, a), score_a, score_b, item.stages);
         }
         result_.items.push_back(std::move(item));
     }
 
-    void compare_kernels(const std::string& item, const JsonNode& a, const JsonNode& b) {
-        std::map<std::string, std::string> of_b;
-        for (const JsonNode& stage : b["stages"].items()) of_b[stage["name"].text()] = stage["kernel"].text();
+    void compare_stages(const std::string& item, const JsonNode& a, const JsonNode& b,
+                        std::vector<StageChange>& changes) {
+        std::map<std::string, JsonNode> of_b;
+        for (const JsonNode& stage : b["stages"].items()) of_b.emplace(stage["name"].text(), stage);
+        const auto add_kernels = [&](const std::string& stage, const std::string& one, const std::string& other) {
+            add_fact(result_.facts, fmt::format("{}: kernel of {}", item, stage), one, other);
+        };
         for (const JsonNode& stage : a["stages"].items()) {
-            const std::string name = stage["name"].text();
-            add_fact(result_.facts, fmt::format("{}: kernel of {}", item, name), stage["kernel"].text(), of_b[name]);
-            of_b.erase(name);
+            const std::string name = stage["name"].text(), kernel = stage["kernel"].text();
+            const auto other = of_b.find(name);
+            add_kernels(name, kernel, other == of_b.end() ? "" : other->second["kernel"].text());
+            if (other == of_b.end()) continue;
+            changes.push_back({name, change(stage["seconds"], other->second["seconds"])});
+            of_b.erase(other);
         }
-        for (const auto& [name, kernel] : of_b)
-            add_fact(result_.facts, fmt::format("{}: kernel of {}", item, name), "", kernel);
+        for (const auto& [name, stage] : of_b) add_kernels(name, "", stage["kernel"].text());
     }
 
     const BenchFile &a_, &b_;

@@ -24,12 +24,18 @@ struct DeviceChange {
     Change compute_peak, copy_bandwidth;
 };
 
+struct StageChange {
+    std::string name;
+    Change seconds;
+};
+
 struct ItemChange {
-    std::string device_a, device_b;  // names
+    size_t device = 0;  // in Comparison::devices
     std::string model, precision;
     Size output_size;
     std::optional<Change> latency, frames_per_second;  // none where a side has no score
     std::string no_score;                              // then why
+    std::vector<StageChange> stages;                   // that both have
 };
 
 /// Something other than a time that differs: a driver, a commit, a kernel.
@@ -41,7 +47,7 @@ struct Comparison {
     std::vector<Fact> facts;
     std::vector<DeviceChange> devices;
     std::vector<ItemChange> items;
-    std::vector<std::string> only_a, only_b;  // items that the other file lacks
+    std::vector<std::string> only_a, only_b;  // items that the other file lacks, with their device where there are more
 };
 
 /// Two files of `clarus bench`. Devices of the same name and platform belong together; others, one to one in their

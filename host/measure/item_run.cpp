@@ -34,7 +34,7 @@ ItemRun::ItemRun(const BenchItem& item, Tuning tuning, const Sketch* expected, I
 size_t ItemRun::memory() const {
     const auto pixels = [](Size size) { return static_cast<size_t>(size.width) * size.height; };
     const size_t floats = kSequenceFrames * 6 * pixels(upscaler_.render_size()) + 3 * pixels(upscaler_.output_size());
-    return upscaler_.memory().arena + upscaler_.memory().weights + floats * sizeof(float);
+    return without_images(upscaler_.memory()) + floats * sizeof(float);
 }
 
 void ItemRun::take_turn(double start) {
@@ -57,6 +57,7 @@ void ItemRun::add(const Turn& turn, double start) {
 
 void ItemRun::check_image() {
     if (!expected_) return;
+    const double check_start = now();
     Check& check = result_.check;
     const double difference = measure::difference(sketch(upscaler_.output_size(), upscaler_.output()), *expected_);
     check.largest_difference = std::max(difference, check.largest_difference.value_or(0));  // NaN stays
@@ -64,6 +65,7 @@ void ItemRun::check_image() {
     if (is_wrong())
         check.reason =
             fmt::format("the image is not the expected one: {:.2g} away, more than {:g}", difference, *check.tolerance);
+    seconds_ += now() - check_start;
 }
 
 void ItemRun::finish() {

@@ -29,7 +29,7 @@ class ItemRun {
     bool is_wrong() const { return result_.check.result == Check::Result::failed; }
     bool is_steady() const { return summarise(latencies_).steady; }
     int turns() const { return static_cast<int>(turns_.size()); }
-    double seconds() const { return seconds_; }  // of all turns
+    double seconds() const { return seconds_; }  // of all turns and checks
 
     /// Makes the score of what was measured, unless the image was wrong.
     void finish();

@@ -128,7 +128,7 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
               {"precision", clarus::name_of(item.precision)}};
     json["memory"] = item.memory ? Json{{"arena", item.memory->arena},
                                         {"weights", item.memory->weights},
-                                        {"total", item.memory->arena + item.memory->weights}}
+                                        {"total", without_images(*item.memory)}}
                                  : Json();
     json["check"] = {{"result", name_of(item.check.result)},
                      {"largest_difference", or_null(item.check.largest_difference)},

@@ -92,6 +92,8 @@ struct BenchResult {
     void write(const std::filesystem::path& path) const;
 };
 
+/// Device memory that is Clarus's own, in bytes: images are the caller's.
+inline size_t without_images(const MemoryRequirements& memory) { return memory.arena + memory.weights; }
 /// "1920x1080"
 std::string text_of(Size size);
 
