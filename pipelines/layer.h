@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "graph/graph.h"
 #include "io/safetensors.h"
@@ -13,8 +14,11 @@ constexpr int64_t kAny = -1;
 /// An extent that the model chooses. Errors: file, naming the tensor, where it is not from 1 to 4096.
 int chosen_extent(const io::Safetensors& model, const std::string& tensor, int64_t extent);
 
+/// A tensor's values. Errors: file, naming the tensor, where one is not finite.
+std::vector<float> finite_floats(const io::Safetensors& model, const io::Tensor& tensor);
+
 /// The layer `name`.weight and `name`.bias, of as many output channels as told or, for kAny, as it has. Errors: file,
-/// naming the tensor that is missing or has another shape.
+/// naming the tensor that is missing, has another shape or holds what is not finite.
 graph::Parameters read_layer(const io::Safetensors& model, const std::string& name, int64_t out, int in,
                              int kernel = 3);
 

@@ -222,6 +222,24 @@ TEST_CASE("every filter is a model") {
     check_refused(untouched, untouched.upscale("bicubic", {"--sharpness", "0.5"}), "only fsr1");
 }
 
+TEST_CASE("upscale sharpens and antialiases where it is told to") {
+    const Workplace place;
+    const auto picture = [&](const std::vector<std::string>& options) {
+        const Outcome outcome = place.upscale("bicubic", options);
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return io::read_image(place.output() / "0002.png").values;
+    };
+    const std::vector<std::vector<float>> pictures{picture({}), picture({"--sharpen"}), picture({"--sharpen", "0.5"}),
+                                                   picture({"--antialias", "mlaa"}),
+                                                   picture({"--antialias-input", "mlaa"})};
+    CHECK(std::set(pictures.begin(), pictures.end()).size() == pictures.size());
+    CHECK(picture({"--sharpen", "0"}) == pictures[0]);
+    CHECK(picture({"--sharpen", "0.15"}) == pictures[1]);
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale("bicubic", {"--sharpen", "2"}), "sharpen");
+    CHECK(untouched.upscale("bicubic", {"--antialias", "fxaa"}).exit_code == 2);
+}
+
 TEST_CASE("upscale --report says what was run, how well and with what") {
     const Workplace place;
     const fs::path file = place / "report.json";
@@ -719,6 +737,15 @@ TEST_CASE("a model's faults are found before anything is written") {
         model.header["__metadata__"].erase("scale");
         place.write("model.safetensors", model.bytes());
         check_refused(place, place.upscale(path), "scale");
+    }
+    SUBCASE("a weight that is not finite") {
+        const size_t first = model.header["last.weight"]["data_offsets"][0];
+        const bool is_half = model.header["last.weight"]["dtype"] == "F16";
+        REQUIRE(is_half);
+        model.body[first] = '\0';
+        model.body[first + 1] = '\x7e';  // NaN
+        place.write("model.safetensors", model.bytes());
+        check_refused(place, place.upscale(path), "last.weight");
     }
     SUBCASE("a truncated body") {
         const std::string bytes = model.bytes();

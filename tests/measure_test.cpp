@@ -220,6 +220,11 @@ TEST_CASE("profiles: models, sizes and precisions") {
         CHECK(item.model.name().find("-x3") == std::string::npos);  // there is a smaller scale of each
     }
     options.profile = Profile::full;
+    for (const BenchItem& item : bench_items(options)) {
+        CAPTURE(item.model.name());
+        CAPTURE(item.render_size.width);
+        CHECK(checks.find(item.model, item.render_size));
+    }
     options.models = {"bicubic"};
     const size_t precisions = test_device().profile().half_storage ? 2 : 1;
     CHECK(bench_items(options).size() == 4 * precisions);

@@ -29,7 +29,7 @@ TEST_CASE("SRPO on the smallest image agrees with the PyTorch network" * doctest
 
 TEST_CASE("SRPO shows its offsets and mask" * doctest::test_suite("golden")) {
     UpscalerOptions options;
-    options.views = {"raw", "mask"};
+    options.views = {"raw", "offsets", "mask"};
     const Golden golden("srpo_x3");
     const Run result = run(golden, options, kViewedFrame + 1);
     for (const std::string& name : options.views) {

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "base/rounding.h"
 #include "pipelines/pipeline.h"
 
 namespace clarus {
@@ -26,9 +27,8 @@ float sharpness(const Model& model, const UpscalerOptions& options) {
 
 }  // namespace
 
-Size scaled(Size render, double scale) {
-    const Size output{static_cast<int>(std::lround(render.width * scale)),
-                      static_cast<int>(std::lround(render.height * scale))};
+Size output_size(Size render, double scale) {
+    const Size output = scaled(render, scale);
     if (render.width < 1 || render.height < 1 || output.width > kLargestSide || output.height > kLargestSide)
         fail(ErrorKind::invalid_argument, "render size {}x{} at scale {}: every side must be from 1 to {} pixels",
              render.width, render.height, scale, kLargestSide);

@@ -7,8 +7,9 @@
 
 namespace clarus {
 
-/// Output resolution of a render resolution. Errors: invalid_argument where either is not from 1 to 2^15 on a side.
-Size scaled(Size render, double scale);
+/// Output resolution of a render resolution, sides rounded to the nearest. Errors: invalid_argument where either is not
+/// from 1 to 2^15 on a side.
+Size output_size(Size render, double scale);
 
 /// What the model computes at this size. Errors: invalid_argument, naming the option, where the model has no use for
 /// one that is set.

@@ -54,7 +54,7 @@ struct Upscaler::State {
         : device(std::move(used_device)),
           model(std::move(used_model)),
           render_size(render),
-          output_size(scaled(render, model.scale())),
+          output_size(clarus::output_size(render, model.scale())),
           options(std::move(used_options)),
           graph(with_effects(build_graph(model, render, output_size, options), options)),
           tuner(device.context(), options.tuning) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/rounding.h"
 #include "clarus/types.h"
 #include "clarus/upscaler.h"
 #include "io/image.h"
@@ -49,9 +50,7 @@ struct Sequence {
     MotionConvention motion;
     std::vector<FrameFiles> frames;
 
-    Size output_size() const {
-        return {static_cast<int>(render_size.width * scale + 0.5), static_cast<int>(render_size.height * scale + 0.5)};
-    }
+    Size output_size() const { return scaled(render_size, scale); }
     /// The library's form of `motion`: scale in render pixels, flags.
     MotionEncoding motion_encoding() const;
 };

@@ -77,7 +77,7 @@ ItemResult result_of(const BenchItem& item) {
     result.scale = item.model.scale();
     if (const io::Safetensors* tensors = item.model.tensors()) result.parameters = tensors->elements();
     result.render_size = item.render_size;
-    result.output_size = scaled(item.render_size, item.model.scale());
+    result.output_size = output_size(item.render_size, item.model.scale());
     result.precision = item.precision;
     return result;
 }

@@ -64,8 +64,9 @@ Widths read_widths(const io::Safetensors& model, int scale) {
 Parameters conditioned_layer(const io::Safetensors& model, const std::string& name, int out, int in, int sets) {
     Parameters parameters{out, in, sets, true};
     if (sets == 0) return parameters;
-    parameters.weights = model.require(name + ".weight", std::array<int64_t, 5>{sets, out, in, 3, 3}).floats();
-    parameters.biases = model.require(name + ".bias", std::array<int64_t, 2>{sets, out}).floats();
+    parameters.weights =
+        finite_floats(model, model.require(name + ".weight", std::array<int64_t, 5>{sets, out, in, 3, 3}));
+    parameters.biases = finite_floats(model, model.require(name + ".bias", std::array<int64_t, 2>{sets, out}));
     return parameters;
 }
 
@@ -90,7 +91,8 @@ std::vector<graph::DenseLayer> read_predictor(const io::Safetensors& model, int 
         const io::Tensor& weight = model.require(name + ".weight", std::array<int64_t, 2>{expected, in});
         const int64_t out = index + 1 < kLayers ? chosen_extent(model, name + ".weight", weight.shape[0]) : outputs;
         const io::Tensor& bias = model.require(name + ".bias", std::array<int64_t, 1>{out});
-        layers.push_back({static_cast<int>(out), static_cast<int>(in), weight.floats(), bias.floats()});
+        layers.push_back(
+            {static_cast<int>(out), static_cast<int>(in), finite_floats(model, weight), finite_floats(model, bias)});
         in = out;
     }
     return layers;

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/rounding.h"
 #include "io/json_reader.h"
+#include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
 // A network of plain layers, told by its model file (pipelines/stack/README.md).
@@ -164,7 +165,7 @@ class Builder {
 
     std::vector<float> biases(const std::string& tensor, int count) const {
         if (!model_.has(tensor + ".bias")) return std::vector<float>(count);
-        return model_.require(tensor + ".bias", std::array<int64_t, 1>{count}).floats();
+        return finite_floats(model_, model_.require(tensor + ".bias", std::array<int64_t, 1>{count}));
     }
 
     int out_channels(const std::string& tensor, int64_t extent, int groups) const {
@@ -187,7 +188,7 @@ class Builder {
         const io::Tensor& weights =
             model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / parameters.groups, size, size});
         parameters.out_channels = out_channels(tensor + ".weight", weights.shape[0], parameters.groups);
-        parameters.weights = weights.floats();
+        parameters.weights = finite_floats(model_, weights);
         parameters.biases = biases(tensor, parameters.out_channels);
         shrunk_ *= parameters.stride;
         if (kMostShrunk % shrunk_ != 0)
@@ -213,7 +214,7 @@ class Builder {
         const io::Tensor& weights = model_.require(tensor + ".weight", std::array<int64_t, 4>{in, -1, size, size});
         const int out = out_channels(tensor + ".weight", weights.shape[1] * groups, groups);
         Parameters parameters =
-            transposed(weights.floats(), biases(tensor, out), in, out, groups, size, stride, padding);
+            transposed(finite_floats(model_, weights), biases(tensor, out), in, out, groups, size, stride, padding);
         const Value result = graph_.convolution(flow_.whole(), std::move(parameters),
                                                 relu ? Activation::relu : Activation::none, name("convolution"));
         grow(stride, result);
@@ -243,9 +244,7 @@ class Builder {
         const int channels = flow_.channels();
         const io::Tensor& slopes = model_.require(tensor, std::array<int64_t, 1>{-1});
         if (slopes.shape[0] != 1) model_.require(tensor, std::array<int64_t, 1>{channels});
-        std::vector<float> values = slopes.floats();
-        if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
-            fail(ErrorKind::file, "{}: tensor {} holds a value that is not finite", model_.path().string(), tensor);
+        std::vector<float> values = finite_floats(model_, slopes);
         values.resize(channels, values.front());
         flow_.replace(graph_.prelu(flow_.whole(), std::move(values), name("prelu")));
     }

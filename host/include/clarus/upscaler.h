@@ -138,6 +138,7 @@ class Upscaler {
     Upscaler& operator=(Upscaler&&) noexcept;
 
     Size render_size() const;
+    /// The render size times the model's scale, sides rounded to the nearest.
     Size output_size() const;
 
     /// Whether frames must bring depth or motion: false for what looks at one frame's colour alone.

@@ -61,8 +61,8 @@ CASES = {
         "nsrr_x6_1x1": dict(scale=6, width=4, size=(1, 1), previous_frames=1, jittered=True),
     },
     "mnss": {
-        "mnss_x2": dict(scale=2, size=(13, 9)),
-        "mnss_x3": dict(scale=3, size=(9, 7), jittered=True),
+        "mnss_x2": dict(scale=2, size=(13, 9), table=operators.mnss_jitter(2)),
+        "mnss_x3": dict(scale=3, size=(9, 7), table=operators.mnss_jitter(3), away=0.4, jittered=True),
         "mnss_x2_1x1": dict(scale=2, size=(1, 1)),
     },
     "srpo": {

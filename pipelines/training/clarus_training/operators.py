@@ -29,6 +29,15 @@ def sample(image, grid, border="clamp"):
     return F.grid_sample(image, grid, mode="bilinear", padding_mode=padding, align_corners=False)
 
 
+def mnss_jitter(scale):
+    """MNSS's pattern for the scales 2 and 3 until it repeats: centres of sub-pixels."""
+    if scale == 2:
+        order = [((t + 1) // 2 % 2, (t - t // 3) % 2) for t in range(12)]
+    else:
+        order = [(0, 0), (1, 1), (2, 1), (0, 2), (2, 0), (2, 2), (0, 1), (1, 2), (1, 0)]
+    return [((a + 0.5) / scale - 0.5, (b + 0.5) / scale - 0.5) for a, b in order]
+
+
 def upsample(image, scale, jitter=(0.0, 0.0)):
     """HR pixel (X, Y) = bilinear(image; (X+½)/s − ½ − jx, (Y+½)/s − ½ − jy; clamp)."""
     if tuple(jitter) == (0, 0):

@@ -42,7 +42,7 @@ class Srpo(nn.Module):
         mask = blur((offsets != 0).any(dim=1, keepdim=True).to(raw.dtype)).clamp(0, 1)
         output = operators.mix(lanczos_upsample(frame.color, self.scale), projected, mask)
         if inside is not None:
-            inside.update(raw=raw, projected=projected, mask=mask)
+            inside.update(raw=raw, offsets=offsets, projected=projected, mask=mask)
         return output, None
 
 
