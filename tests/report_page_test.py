@@ -4,6 +4,7 @@ CLARUS_TEST_DEVICE. Ends with 77 where there is no Chromium."""
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -51,6 +52,26 @@ for (const element of document.querySelectorAll("body *")) {
 }
 return [background(document.body), found];
 """
+
+
+# What a bench file says beyond what the page shows or `clarus bench compare` reckons with.
+UNREAD = (
+    *("top.seconds", "host.memory", "suite.tuning", "suite.confidence", "suite.steady_within"),
+    *("profile.vendor", "profile.platform", "model.pipeline", "model.scale", "model.checksum", "model.parameters"),
+    *("memory.arena", "memory.weights", "check.largest_difference", "check.tolerance", "start.programs"),
+    *("latency.frames", "score.turns", ".relative_interval"),
+)
+
+
+def members(value, place="top"):
+    """Every object's members, in all depths: (object, its place, key)."""
+    if isinstance(value, list):
+        for index, each in enumerate(value):
+            yield from members(each, f"{place}[{index}]")
+    elif isinstance(value, dict):
+        for key, each in list(value.items()):
+            yield value, place, key
+            yield from members(each, key if place == "top" else f"{place}.{key}")
 
 
 def run(*arguments, fails=False):
@@ -114,7 +135,11 @@ def bench(device_name, seconds):
     ]
     wrong = item("bilinear", stages)
     wrong.update(
-        score=None, no_score="differs by 0.3", check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"}
+        score=None,
+        no_score="differs by 0.3",
+        check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"},
+        memory=None,
+        start=None,
     )
     profile = {
         "selector": "0:0",
@@ -461,12 +486,39 @@ class ReportPage(unittest.TestCase):
         torn["items"][0]["device"] = "7:7"
         other.write_text(json.dumps(torn))
         self.assertIn("items[0].device", run("report", other, "-o", page, fails=True))
+        torn = bench("a device", 0.02)
+        torn["items"][0]["score"]["stages"] = []
+        other.write_text(json.dumps(torn))
+        self.assertIn("items[0].score.stages", run("report", other, "-o", page, fails=True))
         shutil.copytree(self.results["bicubic"], self.folder / "odd")
         (self.folder / "odd" / "report.json").write_text('{"model": {"name": 1}}')
         refusal = run("report", self.folder / "odd", "--sequence", self.sequence, "-o", page, fails=True)
         self.assertIn("model.name", refusal)
         self.assertIn("--sequence", run("report", self.results["bicubic"], "-o", page, fails=True))
         self.assertFalse(page.exists())
+
+    def test_what_the_page_reads_of_a_bench_file_must_be_there(self):
+        whole = json.loads(json.dumps(bench("a device", 0.02)))
+        torn, page = self.folder / "torn.json", self.folder / "torn.html"
+        seen = set()
+        for holder, place, key in list(members(whole)):
+            if any(unread in f"{place}.{key}" for unread in UNREAD):
+                del holder[key]
+                continue
+            kind = key if key in figure(1) else re.sub(r"\d+", "", f"{place}.{key}")  # one of each is enough
+            if kind in seen:
+                continue
+            seen.add(kind)
+            value = holder.pop(key)
+            torn.write_text(json.dumps(whole))
+            refusal = run("report", torn, "-o", page, fails=True)
+            self.assertIn(f'{"the top level" if place == "top" else place} lacks the field "{key}"', refusal)
+            holder[key] = value
+        self.assertFalse(page.exists())
+        torn.write_text(json.dumps(whole))
+        run("report", torn, "-o", page)
+        self.open(page)
+        self.assertTrue(self.shown("devices"))
 
 
 if __name__ == "__main__":
