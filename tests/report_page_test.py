@@ -520,6 +520,24 @@ class ReportPage(unittest.TestCase):
         self.open(page)
         self.assertTrue(self.shown("devices"))
 
+    def test_what_is_read_is_not_replaced(self):
+        bench_file, result, images = self.folder / "this.json", self.results[AWKWARD], self.sequence / "reference"
+        for file, why in (
+            (bench_file, "would replace what clarus bench wrote"),
+            (result / "report.json", "would replace what clarus upscale wrote"),
+            (result / "0001.png", "would replace an image of a result"),
+            (next((result / "views").glob("*/*")), "would replace a picture of a view"),
+            (next((self.sequence / "color").iterdir()), "would replace an image of the sequence"),
+            (self.sequence / "sequence.json", "would lie among the sequence's own files"),
+        ):
+            before = file.read_bytes()
+            refusal = run("report", bench_file, result, "--sequence", self.sequence, "-o", file, fails=True)
+            self.assertIn(f"{file} {why}", refusal)
+            self.assertEqual(file.read_bytes(), before)
+        file = next(images.iterdir())
+        refusal = run("report", result, "--sequence", images, "-o", file, fails=True)
+        self.assertIn(f"{file} would replace a reference", refusal)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
