@@ -14,6 +14,9 @@ import unittest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions import interaction
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select
@@ -92,9 +95,10 @@ def figure(median, spread=0.04):
 
 
 def bench(device_name, seconds):
-    """What `clarus bench` would write of one device: a model with two stages, and one whose output was wrong."""
+    """What `clarus bench` would write of one device: a model with two stages, one whose output was wrong, and one
+    without arithmetic."""
 
-    def item(name, stages):
+    def item(name, stages, precision="fp32"):
         total = sum(stage["seconds"]["median"] for stage in stages)
         latency = {**figure(total * 1.1), "p95": total * 1.2, "p99": total * 1.3, "frames": 50}
         score = {
@@ -112,7 +116,7 @@ def bench(device_name, seconds):
             "device": "0:0",
             "render_size": [960, 540],
             "output_size": [1920, 1080],
-            "precision": "fp32",
+            "precision": precision,
             "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
             "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
             "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
@@ -187,7 +191,7 @@ def bench(device_name, seconds):
                 "copy_bandwidth": figure(5e10),
             }
         ],
-        "items": [item("bicubic", stages), wrong],
+        "items": [item("bicubic", stages), wrong, item("nearest", stages[1:], "fp16")],
     }
 
 
@@ -439,6 +443,83 @@ class ReportPage(unittest.TestCase):
         self.choose("pick-time", "device of that, 1920×1080, fp32")
         row = next(row for row in self.text("#pick-table tbody tr") if row.startswith("bicubic"))
         self.assertIn("5.50", row)
+
+    def names_on_the_roofline(self):
+        """Of its kernels, in the order of the keys."""
+        names = []
+        chart = "#roofline-chart svg"
+        for _ in self.browser.find_elements(By.CSS_SELECTOR, f"{chart} circle:not(.ring)"):
+            names.append(self.text("#roofline-readout > span")[0])
+            self.browser.find_element(By.CSS_SELECTOR, chart).send_keys(Keys.ARROW_RIGHT)
+        return names
+
+    def test_every_kernel_is_on_the_roofline(self):
+        computes, moves = "</script><i>convolution 1 plain 8x8", "</script><i>reorder plain 8x8"
+        self.choose("roofline-device", "device of this")
+        self.assertEqual(self.names_on_the_roofline(), [computes, moves, moves])
+        self.assertIn("single precision's, for fp16 too", self.at("roofline-note").text)
+        self.choose("roofline-of", "bicubic, 1920×1080, fp32")
+        self.assertEqual(self.names_on_the_roofline(), [computes, moves])
+        self.assertNotIn("fp16", self.at("roofline-note").text)
+        self.choose("roofline-of", "nearest, 1920×1080, fp16")
+        self.assertEqual(self.names_on_the_roofline(), [moves])
+        self.assertEqual(
+            self.text("#roofline-readout > span")[1:],
+            ["nearest, 1920×1080, fp16", "5.00 ms, 20.0 GB/s without arithmetic, 40 % of the roof"],
+        )
+        self.assertIn("single precision's, for fp16 too", self.at("roofline-note").text)
+        self.choose("roofline-device", self.device_name())
+        for name in self.names:
+            self.choose("roofline-of", f"{name}, 128×72, fp32")
+            stages = json.loads((self.results[name] / "report.json").read_text())["stages"]
+            drawn = sorted((stage for stage in stages if stage["bytes"]), key=lambda stage: -stage["seconds"])
+            self.assertEqual(self.names_on_the_roofline(), [f"{stage['name']} {stage['kernel']}" for stage in drawn])
+            for stage in stages:
+                self.assertEqual(f" {stage['name']}" in self.at("roofline-note").text, stage not in drawn)
+
+    def test_a_roofline_without_roofs_or_arithmetic(self):
+        folder = self.folder / "moved"
+        shutil.copytree(self.results["bicubic"], folder)
+        report = json.loads((folder / "report.json").read_text())
+        for stage in report["stages"]:
+            stage.update(operations=0, bytes=1000)
+        (folder / "report.json").write_text(json.dumps(report))
+        page = self.folder / "moved.html"
+        run("report", folder, "--sequence", self.sequence, "-o", page)
+        self.open(page)
+        self.assertEqual(len(self.names_on_the_roofline()), len(report["stages"]))
+        self.assertNotIn("NaN", self.at("roofline-chart").get_attribute("innerHTML"))
+
+    def test_every_choice_can_be_made(self):
+        """And the browser logs no error."""
+        for select in self.browser.find_elements(By.CSS_SELECTOR, "select"):
+            for option in Select(select).options if select.is_displayed() else []:
+                option.click()
+                if select.get_attribute("id") == "roofline-device":
+                    for profile in Select(self.at("roofline-of")).options:
+                        profile.click()
+
+    def tap(self, selector, x, y=0.5):
+        """At shares of the element's width and height."""
+        element = self.browser.find_element(By.CSS_SELECTOR, selector)
+        self.script("arguments[0].scrollIntoView({block: 'center'})", element)
+        box = self.script(
+            "const {x, y, width, height} = arguments[0].getBoundingClientRect(); return [x, y, width, height]", element
+        )
+        action = ActionBuilder(self.browser, mouse=PointerInput(interaction.POINTER_TOUCH, "finger"))
+        finger = action.pointer_action
+        finger.move_to_location(int(box[0] + x * box[2]), int(box[1] + y * box[3])).pointer_down().pointer_up()
+        action.perform()
+
+    def test_a_finger_reads_the_charts(self):
+        self.choose("roofline-device", "device of this")
+        self.choose("roofline-of", "bicubic, 1920×1080, fp32")
+        for dot, name in ((2, "reorder"), (1, "convolution 1")):
+            self.tap(f"#roofline-chart circle:nth-of-type({dot})", 0.5)
+            self.wait(lambda: name in self.text("#roofline-readout")[0])
+        self.tap("#time-charts svg", 0.3)
+        self.wait(lambda: "Frame 0001" in self.text("#time-readout")[0])  # of which there is no picture
+        self.assertIn(self.text("#frame-name")[0], ("0000", "0002"))
 
     def test_a_phone(self):
         self.browser.set_window_size(390, 844)

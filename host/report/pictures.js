@@ -145,9 +145,10 @@ function showPictures(report) {
     change({frame});
     report.frameShown?.(pictured[frame]);
   }
-  // Other sections show the picture nearest to one of their frames.
-  report.showNearest = (index) => showFrame(
-      pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0));
+  // Other sections show the picture nearest to one of their frames, and stay at that frame.
+  report.showNearest = (index) => change({
+    frame: pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0)
+  });
 
   // The point of the picture that is under a point of the stage stays there.
   function zoomTo(zoom, fromX = stage.clientWidth / 2, fromY = stage.clientHeight / 2) {
