@@ -499,6 +499,28 @@ class ReportPage(unittest.TestCase):
                     for profile in Select(self.at("roofline-of")).options:
                         profile.click()
 
+    def test_the_keyboard_is_enough(self):
+        self.press("d")
+        self.assertFalse(self.shown("split"))
+        self.press_where_the_focus_is("]")
+        self.assertEqual(self.text("#frame-name"), ["0004"])
+        self.press_where_the_focus_is("d")
+        self.assertTrue(self.shown("split"))
+        self.press_where_the_focus_is(Keys.ARROW_RIGHT)
+        self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "52")
+        self.press_where_the_focus_is("++")
+        zoomed = self.picture()
+        for there, back in ((Keys.ARROW_RIGHT, Keys.ARROW_LEFT), (Keys.ARROW_UP, Keys.ARROW_DOWN)):
+            self.press_where_the_focus_is(there, Keys.SHIFT)
+            self.assertNotEqual(self.picture(), zoomed)
+            self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "52")
+            self.press_where_the_focus_is(back, Keys.SHIFT)
+            self.assertEqual(self.picture(), zoomed)
+        self.assertIn("Shift", self.text("kbd"))
+
+    def press_where_the_focus_is(self, keys, held=Keys.NULL):
+        ActionChains(self.browser).key_down(held).send_keys(keys).key_up(held).perform()
+
     def tap(self, selector, x, y=0.5):
         """At shares of the element's width and height."""
         element = self.browser.find_element(By.CSS_SELECTOR, selector)
