@@ -39,7 +39,20 @@ json figure(double median, double low, double high, int turns = 10) {
 }
 
 json device(const std::string& selector, const std::string& name) {
-    return {{"profile", {{"selector", selector}, {"name", name}, {"platform", "made up"}, {"driver_version", "1"}}},
+    return {{"profile",
+             {{"selector", selector},
+              {"name", name},
+              {"platform", "made up"},
+              {"driver_version", "1"},
+              {"opencl_version", "3.0"},
+              {"class", "cpu"},
+              {"compute_units", 2},
+              {"clock_mhz", 1000},
+              {"global_memory", 1 << 30},
+              {"half_storage", true},
+              {"half_arithmetic", false}}},
+            {"platform_version", "OpenCL 3.0"},
+            {"opencl_c_version", "OpenCL C 1.2"},
             {"compute_peak", figure(100, 99, 102)},
             {"copy_bandwidth", figure(10, 9, 11)}};
 }
@@ -54,7 +67,9 @@ json item(const std::string& selector, const std::string& model, const json& lat
             {"render_size", {32, 18}},
             {"output_size", {64, 36}},
             {"precision", "fp32"},
-            {"check", {{"result", "passed"}}},
+            {"memory", nullptr},
+            {"check", {{"result", "passed"}, {"reason", nullptr}}},
+            {"start", nullptr},
             {"score",
              {{"latency", measured},
               {"frames_per_second", figure(50, 49, 51)},
@@ -70,7 +85,16 @@ json item(const std::string& selector, const std::string& model, const json& lat
 json results(const std::vector<json>& devices, const std::vector<json>& items) {
     return {{"format", "clarus-bench"},
             {"version", 1},
-            {"suite", {{"version", "1"}, {"commit", "aaaa"}}},
+            {"suite", {{"version", "1"}, {"commit", "aaaa"}, {"profile", "quick"}}},
+            {"date", "2026-01-02T03:04:05Z"},
+            {"host",
+             {{"cpu", nullptr},
+              {"cores", 2},
+              {"os", nullptr},
+              {"kernel", "Linux"},
+              {"governor", nullptr},
+              {"clock_mhz", {nullptr, nullptr}},
+              {"load_average", nullptr}}},
             {"devices", devices},
             {"items", items}};
 }

@@ -4,6 +4,7 @@ CLARUS_TEST_DEVICE. Ends with 77 where there is no Chromium."""
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,9 @@ import unittest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions import interaction
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select
@@ -53,6 +57,26 @@ return [background(document.body), found];
 """
 
 
+# What a bench file says beyond what the page shows or `clarus bench compare` reckons with.
+UNREAD = (
+    *("top.seconds", "host.memory", "suite.tuning", "suite.confidence", "suite.steady_within"),
+    *("profile.vendor", "profile.platform", "model.pipeline", "model.scale", "model.checksum", "model.parameters"),
+    *("memory.arena", "memory.weights", "check.largest_difference", "check.tolerance", "start.programs"),
+    *("latency.frames", "score.turns", ".relative_interval"),
+)
+
+
+def members(value, place="top"):
+    """Every object's members, in all depths: (object, its place, key)."""
+    if isinstance(value, list):
+        for index, each in enumerate(value):
+            yield from members(each, f"{place}[{index}]")
+    elif isinstance(value, dict):
+        for key, each in list(value.items()):
+            yield value, place, key
+            yield from members(each, key if place == "top" else f"{place}.{key}")
+
+
 def run(*arguments, fails=False):
     outcome = subprocess.run([TOOL, *map(str, arguments)], capture_output=True, text=True)
     assert (outcome.returncode != 0) == fails, outcome.stderr
@@ -71,9 +95,10 @@ def figure(median, spread=0.04):
 
 
 def bench(device_name, seconds):
-    """What `clarus bench` would write of one device: a model with two stages, and one whose output was wrong."""
+    """What `clarus bench` would write of one device: a model with two stages, one whose output was wrong, and one
+    without arithmetic."""
 
-    def item(name, stages):
+    def item(name, stages, precision="fp32"):
         total = sum(stage["seconds"]["median"] for stage in stages)
         latency = {**figure(total * 1.1), "p95": total * 1.2, "p99": total * 1.3, "frames": 50}
         score = {
@@ -91,7 +116,7 @@ def bench(device_name, seconds):
             "device": "0:0",
             "render_size": [960, 540],
             "output_size": [1920, 1080],
-            "precision": "fp32",
+            "precision": precision,
             "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
             "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
             "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
@@ -114,7 +139,11 @@ def bench(device_name, seconds):
     ]
     wrong = item("bilinear", stages)
     wrong.update(
-        score=None, no_score="differs by 0.3", check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"}
+        score=None,
+        no_score="differs by 0.3",
+        check={**wrong["check"], "result": "failed", "reason": "differs by 0.3"},
+        memory=None,
+        start=None,
     )
     profile = {
         "selector": "0:0",
@@ -162,7 +191,7 @@ def bench(device_name, seconds):
                 "copy_bandwidth": figure(5e10),
             }
         ],
-        "items": [item("bicubic", stages), wrong],
+        "items": [item("bicubic", stages), wrong, item("nearest", stages[1:], "fp16")],
     }
 
 
@@ -415,6 +444,105 @@ class ReportPage(unittest.TestCase):
         row = next(row for row in self.text("#pick-table tbody tr") if row.startswith("bicubic"))
         self.assertIn("5.50", row)
 
+    def names_on_the_roofline(self):
+        """Of its kernels, in the order of the keys."""
+        names = []
+        chart = "#roofline-chart svg"
+        for _ in self.browser.find_elements(By.CSS_SELECTOR, f"{chart} circle:not(.ring)"):
+            names.append(self.text("#roofline-readout > span")[0])
+            self.browser.find_element(By.CSS_SELECTOR, chart).send_keys(Keys.ARROW_RIGHT)
+        return names
+
+    def test_every_kernel_is_on_the_roofline(self):
+        computes, moves = "</script><i>convolution 1 plain 8x8", "</script><i>reorder plain 8x8"
+        self.choose("roofline-device", "device of this")
+        self.assertEqual(self.names_on_the_roofline(), [computes, moves, moves])
+        self.assertIn("single precision's, for fp16 too", self.at("roofline-note").text)
+        self.choose("roofline-of", "bicubic, 1920×1080, fp32")
+        self.assertEqual(self.names_on_the_roofline(), [computes, moves])
+        self.assertNotIn("fp16", self.at("roofline-note").text)
+        self.choose("roofline-of", "nearest, 1920×1080, fp16")
+        self.assertEqual(self.names_on_the_roofline(), [moves])
+        self.assertEqual(
+            self.text("#roofline-readout > span")[1:],
+            ["nearest, 1920×1080, fp16", "5.00 ms, 20.0 GB/s without arithmetic, 40 % of the roof"],
+        )
+        self.assertIn("single precision's, for fp16 too", self.at("roofline-note").text)
+        self.choose("roofline-device", self.device_name())
+        for name in self.names:
+            self.choose("roofline-of", f"{name}, 128×72, fp32")
+            stages = json.loads((self.results[name] / "report.json").read_text())["stages"]
+            drawn = sorted((stage for stage in stages if stage["bytes"]), key=lambda stage: -stage["seconds"])
+            self.assertEqual(self.names_on_the_roofline(), [f"{stage['name']} {stage['kernel']}" for stage in drawn])
+            for stage in stages:
+                self.assertEqual(f" {stage['name']}" in self.at("roofline-note").text, stage not in drawn)
+
+    def test_a_roofline_without_roofs_or_arithmetic(self):
+        folder = self.folder / "moved"
+        shutil.copytree(self.results["bicubic"], folder)
+        report = json.loads((folder / "report.json").read_text())
+        for stage in report["stages"]:
+            stage.update(operations=0, bytes=1000)
+        (folder / "report.json").write_text(json.dumps(report))
+        page = self.folder / "moved.html"
+        run("report", folder, "--sequence", self.sequence, "-o", page)
+        self.open(page)
+        self.assertEqual(len(self.names_on_the_roofline()), len(report["stages"]))
+        self.assertNotIn("NaN", self.at("roofline-chart").get_attribute("innerHTML"))
+
+    def test_every_choice_can_be_made(self):
+        """And the browser logs no error."""
+        for select in self.browser.find_elements(By.CSS_SELECTOR, "select"):
+            for option in Select(select).options if select.is_displayed() else []:
+                option.click()
+                if select.get_attribute("id") == "roofline-device":
+                    for profile in Select(self.at("roofline-of")).options:
+                        profile.click()
+
+    def test_the_keyboard_is_enough(self):
+        self.press("d")
+        self.assertFalse(self.shown("split"))
+        self.press_where_the_focus_is("]")
+        self.assertEqual(self.text("#frame-name"), ["0004"])
+        self.press_where_the_focus_is("d")
+        self.assertTrue(self.shown("split"))
+        self.press_where_the_focus_is(Keys.ARROW_RIGHT)
+        self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "52")
+        self.press_where_the_focus_is("++")
+        zoomed = self.picture()
+        for there, back in ((Keys.ARROW_RIGHT, Keys.ARROW_LEFT), (Keys.ARROW_UP, Keys.ARROW_DOWN)):
+            self.press_where_the_focus_is(there, Keys.SHIFT)
+            self.assertNotEqual(self.picture(), zoomed)
+            self.assertEqual(self.at("split").get_attribute("aria-valuenow"), "52")
+            self.press_where_the_focus_is(back, Keys.SHIFT)
+            self.assertEqual(self.picture(), zoomed)
+        self.assertIn("Shift", self.text("kbd"))
+
+    def press_where_the_focus_is(self, keys, held=Keys.NULL):
+        ActionChains(self.browser).key_down(held).send_keys(keys).key_up(held).perform()
+
+    def tap(self, selector, x, y=0.5):
+        """At shares of the element's width and height."""
+        element = self.browser.find_element(By.CSS_SELECTOR, selector)
+        self.script("arguments[0].scrollIntoView({block: 'center'})", element)
+        box = self.script(
+            "const {x, y, width, height} = arguments[0].getBoundingClientRect(); return [x, y, width, height]", element
+        )
+        action = ActionBuilder(self.browser, mouse=PointerInput(interaction.POINTER_TOUCH, "finger"))
+        finger = action.pointer_action
+        finger.move_to_location(int(box[0] + x * box[2]), int(box[1] + y * box[3])).pointer_down().pointer_up()
+        action.perform()
+
+    def test_a_finger_reads_the_charts(self):
+        self.choose("roofline-device", "device of this")
+        self.choose("roofline-of", "bicubic, 1920×1080, fp32")
+        for dot, name in ((2, "reorder"), (1, "convolution 1")):
+            self.tap(f"#roofline-chart circle:nth-of-type({dot})", 0.5)
+            self.wait(lambda: name in self.text("#roofline-readout")[0])
+        self.tap("#time-charts svg", 0.3)
+        self.wait(lambda: "Frame 0001" in self.text("#time-readout")[0])  # of which there is no picture
+        self.assertIn(self.text("#frame-name")[0], ("0000", "0002"))
+
     def test_a_phone(self):
         self.browser.set_window_size(390, 844)
         self.addCleanup(self.browser.set_window_size, 1200, 900)
@@ -461,12 +589,57 @@ class ReportPage(unittest.TestCase):
         torn["items"][0]["device"] = "7:7"
         other.write_text(json.dumps(torn))
         self.assertIn("items[0].device", run("report", other, "-o", page, fails=True))
+        torn = bench("a device", 0.02)
+        torn["items"][0]["score"]["stages"] = []
+        other.write_text(json.dumps(torn))
+        self.assertIn("items[0].score.stages", run("report", other, "-o", page, fails=True))
         shutil.copytree(self.results["bicubic"], self.folder / "odd")
         (self.folder / "odd" / "report.json").write_text('{"model": {"name": 1}}')
         refusal = run("report", self.folder / "odd", "--sequence", self.sequence, "-o", page, fails=True)
         self.assertIn("model.name", refusal)
         self.assertIn("--sequence", run("report", self.results["bicubic"], "-o", page, fails=True))
         self.assertFalse(page.exists())
+
+    def test_what_the_page_reads_of_a_bench_file_must_be_there(self):
+        whole = json.loads(json.dumps(bench("a device", 0.02)))
+        torn, page = self.folder / "torn.json", self.folder / "torn.html"
+        seen = set()
+        for holder, place, key in list(members(whole)):
+            if any(unread in f"{place}.{key}" for unread in UNREAD):
+                del holder[key]
+                continue
+            kind = key if key in figure(1) else re.sub(r"\d+", "", f"{place}.{key}")  # one of each is enough
+            if kind in seen:
+                continue
+            seen.add(kind)
+            value = holder.pop(key)
+            torn.write_text(json.dumps(whole))
+            refusal = run("report", torn, "-o", page, fails=True)
+            self.assertIn(f'{"the top level" if place == "top" else place} lacks the field "{key}"', refusal)
+            holder[key] = value
+        self.assertFalse(page.exists())
+        torn.write_text(json.dumps(whole))
+        run("report", torn, "-o", page)
+        self.open(page)
+        self.assertTrue(self.shown("devices"))
+
+    def test_what_is_read_is_not_replaced(self):
+        bench_file, result, images = self.folder / "this.json", self.results[AWKWARD], self.sequence / "reference"
+        for file, why in (
+            (bench_file, "would replace what clarus bench wrote"),
+            (result / "report.json", "would replace what clarus upscale wrote"),
+            (result / "0001.png", "would replace an image of a result"),
+            (next((result / "views").glob("*/*")), "would replace a picture of a view"),
+            (next((self.sequence / "color").iterdir()), "would replace an image of the sequence"),
+            (self.sequence / "sequence.json", "would lie among the sequence's own files"),
+        ):
+            before = file.read_bytes()
+            refusal = run("report", bench_file, result, "--sequence", self.sequence, "-o", file, fails=True)
+            self.assertIn(f"{file} {why}", refusal)
+            self.assertEqual(file.read_bytes(), before)
+        file = next(images.iterdir())
+        refusal = run("report", result, "--sequence", images, "-o", file, fails=True)
+        self.assertIn(f"{file} would replace a reference", refusal)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,5 @@
 #include "cli/overwriting.h"
 
-#include <map>
-#include <set>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -30,19 +26,12 @@ std::vector<std::filesystem::path> images_of(const io::Sequence& sequence) {
     return images;
 }
 
-/// Everything that the run reads or writes, by what it is; but for figures.
-std::map<std::filesystem::path, std::string> files_of(const std::filesystem::path& sequence_path,
-                                                      const io::Sequence& sequence, const Model& model,
-                                                      const FrameOutput& output) {
-    std::map<std::filesystem::path, std::string> files{{resolved(sequence_path), "the sequence"}};
-    if (model.tensors()) files[resolved(model.tensors()->path())] = "the model";
-    for (const std::filesystem::path& file : images_of(sequence)) files[resolved(file)] = "an image of the sequence";
-    for (const io::FrameFiles& frame : sequence.frames) {
-        files[resolved(output.file(frame.name))] = "an image of --output";
-        for (const std::string& view : output.views)
-            files[resolved(output.view_file(view, frame.name))] = "a picture of --view";
-    }
-    return files;
+// Where they lie, past links.
+std::set<std::filesystem::path> folders_of(const std::vector<std::filesystem::path>& files) {
+    std::set<std::filesystem::path> folders, result;
+    for (const std::filesystem::path& file : files) folders.insert(folder_of(file));
+    for (const std::filesystem::path& folder : folders) result.insert(resolved(folder));
+    return result;
 }
 
 }  // namespace
@@ -51,27 +40,42 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
     return file.has_parent_path() ? file.parent_path() : ".";
 }
 
+void TakenFiles::add(const std::filesystem::path& file, const std::string& what) { files_[resolved(file)] = what; }
+
+void TakenFiles::add(const std::filesystem::path& sequence_path, const io::Sequence& sequence) {
+    add(sequence_path, "the sequence");
+    const std::vector<std::filesystem::path> images = images_of(sequence);
+    for (const std::filesystem::path& file : images) add(file, "an image of the sequence");
+    folders_.merge(folders_of(images));
+    folders_.insert(resolved(folder_of(sequence.folder / "")));
+}
+
+void TakenFiles::take(const std::string& option, const std::filesystem::path& file) {
+    if (const auto [other, is_new] = files_.emplace(resolved(file), option); !is_new)
+        fail(ErrorKind::invalid_argument, "{} {} would replace {}; name another file", option, file.string(),
+             other->second);
+    if (folders_.contains(resolved(folder_of(file))))
+        fail(ErrorKind::invalid_argument, "{} {} would lie among the sequence's own files; name another folder", option,
+             file.string());
+}
+
 void keep_what_there_is(const std::filesystem::path& sequence_path, const io::Sequence& sequence, const Model& model,
                         const FrameOutput& output, const std::filesystem::path& report,
                         const std::filesystem::path& trace) {
-    std::set<std::filesystem::path> folders, image_folders;
-    for (const std::filesystem::path& file : images_of(sequence)) folders.insert(folder_of(file));
-    for (const std::filesystem::path& folder : folders) image_folders.insert(resolved(folder));
-    if (image_folders.contains(resolved(output.folder)))
+    if (folders_of(images_of(sequence)).contains(resolved(output.folder)))
         fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
              output.folder.string());
 
-    auto taken = files_of(sequence_path, sequence, model, output);
-    for (const auto& [option, file] : {std::pair("--report", report), {"--trace", trace}}) {
-        if (file.empty()) continue;
-        if (const auto [other, is_new] = taken.emplace(resolved(file), option); !is_new)
-            fail(ErrorKind::invalid_argument, "{} {} would replace {}; name another file", option, file.string(),
-                 other->second);
-        const std::filesystem::path folder = resolved(folder_of(file));
-        if (folder == resolved(folder_of(sequence.folder / "")) || image_folders.contains(folder))
-            fail(ErrorKind::invalid_argument, "{} {} would lie among the sequence's own files; name another folder",
-                 option, file.string());
+    TakenFiles taken;
+    taken.add(sequence_path, sequence);
+    if (model.tensors()) taken.add(model.tensors()->path(), "the model");
+    for (const io::FrameFiles& frame : sequence.frames) {
+        taken.add(output.file(frame.name), "an image of --output");
+        for (const std::string& view : output.views)
+            taken.add(output.view_file(view, frame.name), "a picture of --view");
     }
+    if (!report.empty()) taken.take("--report", report);
+    if (!trace.empty()) taken.take("--trace", trace);
 }
 
 }  // namespace clarus::cli

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include "base/error.h"
 #include "cli/commands.h"
 #include "cli/comparison.h"
 #include "cli/image_folder.h"
@@ -39,9 +38,11 @@ struct ReportOptions {
     fs::path output = "report.html";
 };
 
+fs::path run_file(const fs::path& folder) { return folder / "report.json"; }
+
 /// What `clarus upscale --report` left in a result's folder; null where it did not.
 Json read_run(const fs::path& folder) {
-    const fs::path file = folder / "report.json";
+    const fs::path file = run_file(folder);
     if (!fs::exists(file)) return {};
     const nlohmann::json run = io::parse_json(io::read_file(file), file);
     const io::JsonNode root(run, file);
@@ -118,14 +119,18 @@ class Pictures {
     fs::path name_;
 };
 
-/// What `clarus upscale --view` left in a result's folder.
-void add_views(const ComparedResult& result, const std::string& name, const Pictures& pictures,
-               std::span<const Reference> references, Json& sources) {
+/// What `clarus upscale --view` left in a result's folder: a folder a view.
+std::set<fs::path> view_folders(const fs::path& result) {
     std::error_code none;
     std::set<fs::path> folders;
-    for (const auto& entry : fs::directory_iterator(result.folder / "views", none))
+    for (const auto& entry : fs::directory_iterator(result / "views", none))
         if (entry.is_directory()) folders.insert(entry.path());
-    for (const fs::path& folder : folders) {
+    return folders;
+}
+
+void add_views(const ComparedResult& result, const std::string& name, const Pictures& pictures,
+               std::span<const Reference> references, Json& sources) {
+    for (const fs::path& folder : view_folders(result.folder)) {
         const auto images = images_in(folder);
         const auto file_of = [&](size_t index) { return require_image(images, references[index].name, folder); };
         sources.push_back(
@@ -133,8 +138,27 @@ void add_views(const ComparedResult& result, const std::string& name, const Pict
     }
 }
 
-void add_results(const ReportOptions& options, Json& data) {
-    const std::vector<Reference> references = read_references(options.reference);
+/// Refuses a page that would replace what it is made from.
+void keep_what_is_read(const ReportOptions& options, std::span<const Reference> references) {
+    TakenFiles taken;
+    if (!references.empty()) {
+        const fs::path& path = options.reference.sequence.path;
+        if (const auto& sequence = references.front().sequence)
+            taken.add(path, *sequence);
+        else
+            for (const auto& [name, file] : images_in(path)) taken.add(file, "a reference");
+    }
+    for (const fs::path& file : options.benches) taken.add(file, "what clarus bench wrote");
+    for (const fs::path& result : options.results) {
+        taken.add(run_file(result), "what clarus upscale wrote");
+        for (const auto& [name, file] : images_in(result)) taken.add(file, "an image of a result");
+        for (const fs::path& folder : view_folders(result))
+            for (const auto& [name, file] : images_in(folder)) taken.add(file, "a picture of a view");
+    }
+    taken.take("--output", options.output);
+}
+
+void add_results(const ReportOptions& options, std::span<const Reference> references, Json& data) {
     const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
     const std::vector<std::string> names = names_of(options.results);
     const Pictures pictures(options, references);
@@ -162,18 +186,18 @@ void add_results(const ReportOptions& options, Json& data) {
 }
 
 void write_report(const ReportOptions& options) {
+    std::vector<Reference> references;
+    if (!options.results.empty()) references = read_references(options.reference);
+    keep_what_is_read(options, references);
     OutputFolders folders;
     folders.require(folder_of(options.output));
     Json data{{"benches", Json::array()}, {"results", Json::array()}};
     const std::vector<std::string> files = names_of(options.benches);
-    for (size_t i = 0; i < files.size(); ++i) {
-        if (fs::exists(options.output) && fs::equivalent(options.output, options.benches[i]))
-            fail(ErrorKind::invalid_argument, "{} is read; the page needs a file of its own", options.output.string());
+    for (size_t i = 0; i < files.size(); ++i)
         data["benches"].push_back({{"name", files[i]}, {"bench", measure::BenchFile(options.benches[i]).json}});
-    }
     if (!options.results.empty()) {
         data["title"] = name_of(options.reference.sequence.path);
-        add_results(options, data);
+        add_results(options, references, data);
     }
     if (!options.title.empty()) data["title"] = options.title;
     const std::string page = report::page(data);

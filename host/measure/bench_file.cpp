@@ -13,6 +13,16 @@ using io::JsonNode;
 
 constexpr double kMost = std::numeric_limits<double>::max(), kLeast = std::numeric_limits<double>::min();
 
+constexpr int64_t kMostWhole = std::numeric_limits<int64_t>::max();
+
+void check_text_or_null(const JsonNode& node) {
+    if (!node.is_null()) node.text();
+}
+
+void check_number_or_null(const JsonNode& node) {
+    if (!node.is_null()) node.number(0, kMost);
+}
+
 void check_size(const JsonNode& size) {
     for (const JsonNode& side : size.items(2)) side.integer(1, 1 << 15);
 }
@@ -28,6 +38,7 @@ void check_score(const JsonNode& score) {
     for (const char* key : {"latency", "frames_per_second", "device_seconds"}) read_figure(score[key]);
     for (const char* key : {"p95", "p99"}) score["latency"][key].number(kLeast, kMost);
     for (const char* key : {"operations", "bytes", "roofline_seconds", "roofline_share"}) score[key].number(0, kMost);
+    if (score["stages"].items().empty()) score["stages"].refuse("a list of one stage or more");
     for (const JsonNode& stage : score["stages"].items()) check_stage(stage);
 }
 
@@ -38,10 +49,37 @@ void check_item(const JsonNode& item, const std::set<std::string>& devices) {
     check_size(item["render_size"]);
     check_size(item["output_size"]);
     item["check"]["result"].text();
+    check_text_or_null(item["check"]["reason"]);
+    if (!item["memory"].is_null()) item["memory"]["total"].integer(0, kMostWhole);
+    if (!item["start"].is_null())
+        for (const char* key : {"cold_seconds", "warm_seconds"}) item["start"][key].number(kLeast, kMost);
+    check_text_or_null(item["no_score"]);
     if (item["score"].is_null())
         item["no_score"].text();
     else
         check_score(item["score"]);
+}
+
+void check_suite(const JsonNode& suite) {
+    for (const char* key : {"version", "profile"}) suite[key].text();
+    check_text_or_null(suite["commit"]);
+}
+
+void check_host(const JsonNode& host) {
+    for (const char* key : {"cpu", "os", "governor"}) check_text_or_null(host[key]);
+    host["kernel"].text();
+    host["cores"].integer(1, kMostWhole);
+    for (const JsonNode& clock : host["clock_mhz"].items(2)) check_number_or_null(clock);
+    check_number_or_null(host["load_average"]);
+}
+
+void check_device(const JsonNode& device) {
+    const JsonNode profile = device["profile"];
+    for (const char* key : {"selector", "name", "driver_version", "opencl_version", "class"}) profile[key].text();
+    for (const char* key : {"compute_units", "clock_mhz", "global_memory"}) profile[key].integer(0, kMostWhole);
+    for (const char* key : {"half_storage", "half_arithmetic"}) profile[key].boolean();
+    for (const char* key : {"platform_version", "opencl_c_version"}) device[key].text();
+    for (const char* key : {"compute_peak", "copy_bandwidth"}) read_figure(device[key]);
 }
 
 }  // namespace
@@ -59,11 +97,13 @@ Figure read_figure(const JsonNode& node) {
 BenchFile::BenchFile(const std::filesystem::path& from) : path(from), json(io::parse_json(io::read_file(from), from)) {
     root()["format"].choice<int>({{"clarus-bench", 1}});
     root()["version"].integer(1, 1);
+    root()["date"].text();
+    check_suite(root()["suite"]);
+    check_host(root()["host"]);
     std::set<std::string> devices;
     for (const JsonNode& device : root()["devices"].items()) {
+        check_device(device);
         devices.insert(device["profile"]["selector"].text());
-        device["profile"]["name"].text();
-        for (const char* key : {"compute_peak", "copy_bandwidth"}) read_figure(device[key]);
     }
     for (const JsonNode& item : root()["items"].items()) check_item(item, devices);
 }

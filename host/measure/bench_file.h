@@ -8,8 +8,8 @@
 
 namespace clarus::measure {
 
-/// What `clarus bench` wrote, as bench/schema.json says it: devices and items are checked where comparisons and reports
-/// read them.
+/// What `clarus bench` wrote, as bench/schema.json says it: whatever comparisons and reports read is checked, so that
+/// neither meets what is not there.
 struct BenchFile {
     std::filesystem::path path;
     nlohmann::json json;

@@ -81,7 +81,7 @@ function chart(container, draw) {
     const picture = svg('svg', {viewBox: `0 0 ${width} ${height}`, height, ...attributes}, ...children);
     for (const [event, listener] of Object.entries(listeners)) picture.addEventListener(event, listener);
     container.replaceChildren(picture);
-    if (hadFocus) picture.focus();
+    if (hadFocus) picture.focus({preventScroll: true});
   };
   new ResizeObserver(() => {
     if (container.clientWidth === 0 || container.clientWidth === width) return;
@@ -90,6 +90,32 @@ function chart(container, draw) {
   }).observe(container);
   return () => {
     if (width) redraw();
+  };
+}
+
+// Listeners of a chart that is gone through by mouse, finger and arrow keys: `nearest` to a place in it, `go` to an
+// index, of `count`; `pick` what is clicked. A finger's tap is a click alone.
+function browsing({nearest, current, count, go, pick}) {
+  const under = (event) => {
+    const box = event.currentTarget.getBoundingClientRect();
+    return nearest(event.clientX - box.left, event.clientY - box.top);
+  };
+  const goTo = (index) => {
+    if (index !== current) go(index);
+  };
+  return {
+    pointermove: (event) => goTo(under(event)),
+    click: (event) => {
+      const index = under(event);
+      goTo(index);
+      pick?.(index);
+    },
+    keydown: (event) => {
+      const places = {ArrowLeft: current - 1, ArrowRight: current + 1, Home: 0, End: count - 1};
+      if (!(event.key in places)) return;
+      event.preventDefault();
+      go(places[event.key]);
+    },
   };
 }
 

@@ -114,6 +114,13 @@ function showPictures(report) {
             .join(', ')}`;
   }
 
+  // A hidden element loses the focus, and with it the keys go nowhere.
+  function hideSplit() {
+    const hadFocus = document.activeElement === split;
+    split.hidden = state.difference;
+    if (hadFocus && split.hidden) $('show-difference').focus({preventScroll: true});
+  }
+
   function update() {
     const [left, right] = [sources[state.left], sources[state.right]];
     $('left').value = state.left;
@@ -122,7 +129,8 @@ function showPictures(report) {
     $('frame-name').textContent = frames[pictured[state.frame]];
     $('left-name').textContent = state.difference ? `${left.name} − ${right.name}` : left.name;
     $('right-name').textContent = right.name;
-    $('right-name').hidden = split.hidden = state.difference;
+    $('right-name').hidden = state.difference;
+    hideSplit();
     split.style.left = `${state.split * 100}%`;
     split.setAttribute('aria-valuenow', Math.round(state.split * 100));
     $('caption').replaceChildren(...[left, right].map((source) => html('span', {}, quality(source))));
@@ -145,9 +153,10 @@ function showPictures(report) {
     change({frame});
     report.frameShown?.(pictured[frame]);
   }
-  // Other sections show the picture nearest to one of their frames.
-  report.showNearest = (index) => showFrame(
-      pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0));
+  // Other sections show the picture nearest to one of their frames, and stay at that frame.
+  report.showNearest = (index) => change({
+    frame: pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0)
+  });
 
   // The point of the picture that is under a point of the stage stays there.
   function zoomTo(zoom, fromX = stage.clientWidth / 2, fromY = stage.clientHeight / 2) {
@@ -158,6 +167,8 @@ function showPictures(report) {
   }
   const move = (dx, dy) => change({x: state.x - dx / scale(), y: state.y - dy / scale()});
   const splitTo = (share) => change({split: Math.min(Math.max(share, 0), 1)});
+  // So much of what is shown, by its sides.
+  const look = (right, down) => move(-right * stage.clientWidth, -down * stage.clientHeight);
   const swap = () => change({left: state.right, right: state.left});
   const reset = () => change({zoom: 1, x: width / 2, y: height / 2});
 
@@ -193,23 +204,32 @@ function showPictures(report) {
       Home: -1,
       End: 1
     };
-    if (!(event.key in steps)) return;
+    if (event.shiftKey || !(event.key in steps)) return;
     event.preventDefault();
     splitTo(state.split + steps[event.key]);
   });
   $('pictures').addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const arrows = {
+      ArrowLeft: () => look(-0.1, 0),
+      ArrowRight: () => look(0.1, 0),
+      ArrowUp: () => look(0, -0.1),
+      ArrowDown: () => look(0, 0.1)
+    };
     const actions = {
       '[': () => showFrame(state.frame - 1),
       ']': () => showFrame(state.frame + 1),
       x: swap,
-      d: () => change({difference: !state.difference}),
+      d: () => {
+        change({difference: !state.difference});
+        if (!state.difference && event.target === $('show-difference')) split.focus({preventScroll: true});
+      },
       0: reset,
       '+': () => zoomTo(state.zoom * 2),
       '=': () => zoomTo(state.zoom * 2),
       '-': () => zoomTo(state.zoom / 2),
     };
-    const action = actions[event.key.toLowerCase()];
+    const action = event.shiftKey && arrows[event.key] || actions[event.key.toLowerCase()];
     if (!action || event.target.tagName === 'SELECT') return;
     event.preventDefault();
     action();

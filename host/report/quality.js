@@ -34,8 +34,9 @@ function showQualityOverTime(report) {
             ({color, quality}) =>
                 html('span', {}, swatch(color), quality.frames[cursor][key]?.toFixed(decimals) ?? '–'))));
   }
-  function moveTo(index) {
-    cursor = Math.min(Math.max(index, 0), frames.length - 1);
+  const nearestFrame = (place) => Math.min(Math.max(Math.round(place), 0), frames.length - 1);
+  function moveTo(place) {
+    cursor = nearestFrame(place);
     readout();
     redraws.forEach((redraw) => redraw());
   }
@@ -76,10 +77,6 @@ function showQualityOverTime(report) {
         if (points[cursor] !== undefined)
           children.push(svg('circle', {cx: x(cursor), cy: y(points[cursor]), r: 4, style: `fill: ${color}`}));
       }
-      const nearest = (event) => {
-        const box = event.currentTarget.getBoundingClientRect();
-        return Math.round(((event.clientX - box.left - left) / (right - left)) * (frames.length - 1));
-      };
       return {
         height,
         children,
@@ -88,16 +85,13 @@ function showQualityOverTime(report) {
           role: 'group',
           'aria-label': `${figure.heading} of every frame; left and right keys move the cursor`
         },
-        listeners: {
-          pointermove: (event) => moveTo(nearest(event)),
-          click: (event) => report.showNearest?.(nearest(event)),
-          keydown: (event) => {
-            const steps = {ArrowLeft: -1, ArrowRight: 1, Home: -frames.length, End: frames.length};
-            if (!(event.key in steps)) return;
-            event.preventDefault();
-            moveTo(cursor + steps[event.key]);
-          },
-        },
+        listeners: browsing({
+          nearest: (at) => nearestFrame(((at - left) / (right - left)) * (frames.length - 1)),
+          current: cursor,
+          count: frames.length,
+          go: moveTo,
+          pick: report.showNearest
+        }),
       };
     }));
   });
