@@ -172,6 +172,9 @@ TEST_CASE("convolutions of NSRR's shapes, of which a part is wanted") {
     check_convolution({60, 64, {13, 10}, graph::Activation::relu, Storage::f32, false, {1, 2}});
     check_convolution({96, 32, {12, 9}, graph::Activation::relu, Storage::f16});
     check_convolution({20, 32, {24, 13}});
+    // NSRR's widest layers.
+    for (const auto& [in, out] : {std::pair{96, 32}, {64, 128}, {128, 128}, {192, 64}})
+        check_convolution({in, out, {13, 9}, graph::Activation::relu});
     check_convolution({32, 4, {24, 13}, graph::Activation::none});
 }
 

@@ -100,7 +100,7 @@ TEST_CASE("upsampling works on bands of rows between rings, whatever the jitter"
     check_upsampling(3, 2, graph::Shift::motion_jitter, 0.71875f);
 }
 
-TEST_CASE("max pooling works on bands of rows between rings") {
+TEST_CASE("max pooling works on bands of rows between rings" * doctest::test_suite("small")) {
     std::mt19937 random(5);
     const graph::Shape in{19, 42, 14}, out{19, 21, 7};
     runtime::Problem problem;
@@ -115,7 +115,8 @@ TEST_CASE("max pooling works on bands of rows between rings") {
         0);
 }
 
-TEST_CASE("pointwise programs work on bands of rows between rings, of smaller and zero-upsampled images too") {
+TEST_CASE("pointwise programs work on bands of rows between rings, of smaller and zero-upsampled images too" *
+          doctest::test_suite("small")) {
     std::mt19937 random(6);
     constexpr int kScale = 2;
     const graph::Shape smaller{3, 21, 13}, samples{3, 12, 8}, zero_upsampled{3, 24, 16}, out{6, 24, 16};

@@ -163,5 +163,6 @@ TEST_SUITE("small") {
         check_warp({{graph::Border::clamp, 8, 2}, {3, 9, 10}, 4, 2});
         check_warp({{graph::Border::zero, 8, 1}, {3, 1, 19}, 3, 1});
         check_warp({{graph::Border::zero, 1, 1}, {12, 5, 5}, 12, 1, Storage::f32, false, true, 5});
+        check_warp({{graph::Border::zero, 1, 1}, {12, 6, 7}, 12, 1, Storage::f32, false, true});
     }
 }

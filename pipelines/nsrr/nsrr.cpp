@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/rounding.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -103,7 +104,7 @@ class Builder {
 
         // Steps 6 and 7.
         const Value image = unet(std::move(maps));
-        graph_.output = graph_.clamp(is_ycbcr_ ? to_rgb(image) : image, 0, 1, "output");
+        graph_.output = is_ycbcr_ ? to_rgb(image) : graph_.clamp(image, 0, 1, "output");
 
         graph_.views.insert({{"features", graph_.slice(current, kRaw, graph_.shape(current).channels - kRaw)},
                              {"input_color", color_},
@@ -126,12 +127,13 @@ class Builder {
                               linear({0.701f / 1.402f, -0.587f / 1.402f, -0.114f / 1.402f}, 0.5f)});
     }
 
+    /// Clamped to [0, 1], plane by plane: so all of it is one pass.
     Value to_rgb(Value ycbcr) {
         constexpr float kRed = 1.402f, kBlue = 1.772f;
         constexpr float kGreenOfCb = -0.114f * kBlue / 0.587f, kGreenOfCr = -0.299f * kRed / 0.587f;
         const std::vector<Value> planes = channels(ycbcr);
         const auto linear = [&](float cb, float cr) {
-            return graph_.linear(planes, {1, cb, cr}, -(cb + cr) / 2, "rgb");
+            return graph_.clamp(graph_.linear(planes, {1, cb, cr}, -(cb + cr) / 2, "output"), 0, 1, "output");
         };
         return graph_.concat({linear(0, kRed), linear(kGreenOfCb, kGreenOfCr), linear(kBlue, 0)});
     }
@@ -170,7 +172,7 @@ class Builder {
     }
 
     Value unet(std::vector<Value> maps) {
-        const auto whole = [](int side) { return (side + 3) / 4 * 4; };
+        const auto whole = [](int side) { return round_up(side, 4); };
         const Parameters first = first_layer(maps);
         for (Value& map : maps) map = graph_.replicate_to(map, {whole(output_.width), whole(output_.height)});
         Value x = graph_.concat(maps, "unet.input");
