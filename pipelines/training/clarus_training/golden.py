@@ -15,6 +15,7 @@ import torch
 
 from . import enss, mnss, model_file, nsrr, operators, safetensors, srpo, stack
 from .frame import Frame
+from .layers import convolutions
 
 FRAMES = 8
 RESET_AT = 5
@@ -59,6 +60,7 @@ CASES = {
         "nsrr_x3_alone": dict(scale=3, width=4, size=(7, 6), previous_frames=0),
         "nsrr_x3_used": dict(scale=3, width=4, size=(7, 5), previous_frames=3, use=1),
         "nsrr_x6_1x1": dict(scale=6, width=4, size=(1, 1), previous_frames=1, jittered=True),
+        "nsrr_x5_ragged": dict(scale=5, width=6, size=(5, 3), previous_frames=3, jittered=True, ragged=True),
     },
     "mnss": {
         "mnss_x2": dict(scale=2, size=(13, 9), table=operators.mnss_jitter(2)),
@@ -93,8 +95,12 @@ def random_weights(generator, network, gain):
     return network
 
 
-def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", use=None, **_):
-    network = random_weights(generator, nsrr.Nsrr(scale, previous_frames, width, network_color), 0.9)
+def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", use=None, ragged=False, **_):
+    network = nsrr.Nsrr(scale, previous_frames, width, network_color)
+    if ragged:  # widths that no published network has
+        network.features_previous = convolutions(4, 20, 13, nsrr.FEATURES[-1])
+        network.reweight = convolutions(4 + 4 * previous_frames, 17, 23, previous_frames)
+    network = random_weights(generator, network, 0.9)
     network.used = use
     with torch.no_grad():
         network.unet.dec1[1].weight.copy_((network.unet.dec1[1].weight * 0.3).half())
