@@ -61,9 +61,7 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
 
 /// Bands begin at multiples of so many rows, so that work-groups do: their heights divide it, or check_granule fails.
 /// The fewer, the less is kept of small images.
-int band_granule(const DeviceProfile& profile) {
-    return wants_many_work_items(profile) ? 8 : 4;
-}
+int band_granule(const DeviceProfile& profile) { return wants_many_work_items(profile) ? 8 : 4; }
 
 void check_granule(const PlannedStage& stage, int granule) {
     const KernelCall& call = stage.lowered.call;

@@ -47,8 +47,7 @@ std::vector<Choices> strip_choices(const Problem& problem, const DeviceProfile& 
     std::vector<Choices> result = group_choices(problem, profile);
     for (Choices& choices : result) choices["STRIP"] = 1;
     // Vectors that the kernel says itself are better than those of work-items whose pixels lie channels apart.
-    if (!wants_many_work_items(profile))
-        result.insert(result.begin(), {{"WG_X", 1}, {"WG_Y", 1}, {"STRIP", 64}});
+    if (!wants_many_work_items(profile)) result.insert(result.begin(), {{"WG_X", 1}, {"WG_Y", 1}, {"STRIP", 64}});
     return result;
 }
 
