@@ -89,13 +89,12 @@ def measure(part, case, folder, clarus, entry, options):
         answers, failed = take_turns(running, options.seconds, time.monotonic)
         for process in peers.values():
             process.close()
-        for name, given in answers.items():
-            seconds = [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
-                       if "error" not in answer]  # fmt: skip
-            entries[name].update(failed.get(name, {"seconds": entries[name].get("seconds", []) + seconds}))
-        beside = answers.get("Clarus", [])
-        for name in set(running) - {"Clarus"}:
-            entries[name]["beside"] = [clarus_seconds(part, answer) for answer in beside if "error" not in answer]
+        seconds = {name: [clarus_seconds(part, answer) if name == "Clarus" else answer["seconds"] for answer in given
+                          if "error" not in answer] for name, given in answers.items()}  # fmt: skip
+        for name, taken in seconds.items():
+            entries[name].update(failed.get(name, {"seconds": entries[name].get("seconds", []) + taken}))
+            if name != "Clarus":
+                entries[name]["beside"] = seconds.get("Clarus", [])
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
             "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip

@@ -1,6 +1,5 @@
 #include "api/build_graph.h"
 
-#include <cmath>
 #include <stdexcept>
 
 #include "base/error.h"

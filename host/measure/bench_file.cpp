@@ -12,7 +12,6 @@ namespace {
 using io::JsonNode;
 
 constexpr double kMost = std::numeric_limits<double>::max(), kLeast = std::numeric_limits<double>::min();
-
 constexpr int64_t kMostWhole = std::numeric_limits<int64_t>::max();
 
 void check_text_or_null(const JsonNode& node) {

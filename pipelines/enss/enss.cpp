@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -73,9 +72,7 @@ Parameters conditioned_layer(const io::Safetensors& model, const std::string& na
 std::vector<Vec2> read_table(const io::Safetensors& model, int sets) {
     std::vector<Vec2> table;
     if (sets == 0 || (sets == 1 && !model.has("jitter"))) return table;
-    const std::vector<float> values = model.require("jitter", std::array<int64_t, 2>{sets, 2}).floats();
-    if (!std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }))
-        fail(ErrorKind::file, "{}: tensor jitter holds a value that is not finite", model.path().string());
+    const std::vector<float> values = finite_floats(model, model.require("jitter", std::array<int64_t, 2>{sets, 2}));
     for (int set = 0; set < sets; ++set) table.push_back({values[2 * set], values[2 * set + 1]});
     return table;
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <initializer_list>
 #include <numeric>
 #include <string>
