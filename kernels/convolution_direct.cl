@@ -2,9 +2,12 @@
 // output pixels, zero outside the image, and keeps GROUP blocks of sixteen channels of one row's pixels in registers. A
 // step of the innermost loop is GROUP loads of weights, PIXELS broadcasts of an input, PIXELS · GROUP multiply–adds.
 //
-// Options: CIN, COUT, KERNEL (odd), ACTIVATION, layouts IN and OUT, PIXELS, ROWS, GROUP, WG_X, WG_Y (both 1: staging is
-// not shared). Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉). A set of packed weights takes 16 · ⌈COUT / 16⌉ · (1 +
-// KERNEL² · CIN) floats: biases, then [group][tap][input channel][16 · blocks of the group].
+// Options: CIN, COUT, KERNEL (odd), ACTIVATION, the input (convolution_input.clh), layout OUT, PIXELS, ROWS, GROUP,
+// WG_X, WG_Y (both 1: staging is not shared). Work-items: (⌈height / ROWS⌉, ⌈width / PIXELS⌉). A set of packed weights
+// takes 16 · ⌈COUT / 16⌉ · (1 + KERNEL² · CIN) floats: biases, then [group][tap][input channel][16 · blocks of the
+// group].
+
+#include "convolution_input.clh"
 
 #define OUT_BLOCKS ((COUT + 15) / 16)
 #define CHANNELS ((CIN + 3) / 4 * 4)
@@ -14,33 +17,41 @@
 #define PATCH_ROW (PATCH_PIXELS * CHANNELS)
 #define LINE (64 / (int)sizeof(storage))
 
-INLINE void stage(global const storage* in, int x, int y, local float* patch) {
+// A part's channels of the input pixel (x, y), if it is `inside`; its fours may run over into those of the next part.
+INLINE void stage_part(INPUT_PARAMETERS int part, int channels, int x, int y, int inside, local float* to) {
+    int c = 0;
+    for (; c + 16 <= channels; c += 16) {
+        const float16 v = inside ? read16(INPUT part, x, y, c) : (float16)(0);
+        vstore16(v, 0, to + c);
+    }
+    for (; c < channels; c += 4) {
+        const float4 v = inside ? read4(INPUT part, x, y, c) : (float4)(0);
+        vstore4(v, 0, to + c);
+    }
+}
+
+INLINE void stage(INPUT_PARAMETERS int x, int y, local float* patch) {
     for (int r = 0; r < PATCH_ROWS; ++r) {
         for (int p = 0; p < PATCH_PIXELS; ++p, patch += CHANNELS) {
-            const int inside = INSIDE(IN, x + p, y + r), pixel = AT(IN, x + p, y + r, 0);
-            int c = 0;
-            for (; c + 16 <= CHANNELS; c += 16) {
-                const float16 v = inside ? LOAD16(in, pixel + c) : (float16)(0);
-                vstore16(v, 0, patch + c);
-            }
-            for (; c < CHANNELS; c += 4) {
-                const float4 v = inside ? LOAD4(in, pixel + c) : (float4)(0);
-                vstore4(v, 0, patch + c);
-            }
+            const int inside = INSIDE(IN, x + p, y + r);
+#define STAGE(P) stage_part(INPUT P, PART##P##_CHANNELS, x + p, y + r, inside, patch + PART##P##_FIRST);
+            EACH_PART(STAGE)
         }
     }
 }
 
 // Ahead of its use, with each tap a share of what comes next: the pixels of the next row that will be written, and once
 // for all blocks, a new row of the strip below.
-INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int tap, int block,
-                           int blocks) {
-    const int lines = (PATCH_PIXELS * IN_STRIDE / LINE + TAPS) / TAPS, pixels = (PIXELS + TAPS - 1) / TAPS;
-    global const storage* below =
-        in + AT(IN, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, IN_HEIGHT - 1), 0) + tap * lines * LINE;
-    if (block == 0)
-#pragma unroll
-        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);
+INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int tap, int block, int blocks) {
+#define PREFETCH_BELOW(P)                                                                                          \
+    if (block == 0 && READING(P) <= READING_WEIGHTED) {                                                            \
+        const int lines = (PATCH_PIXELS * PART##P##_STRIDE / LINE + TAPS) / TAPS;                                  \
+        global const storage* below =                                                                              \
+            in##P + AT(PART##P, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, PART##P##_HEIGHT - 1), 0) + tap * lines * LINE; \
+        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);                                                \
+    }
+    EACH_PART(PREFETCH_BELOW)
+    const int pixels = (PIXELS + TAPS - 1) / TAPS;
     global storage* first = out + AT(OUT, x + tap * pixels, y + 1, 16 * block);
 #pragma unroll
     for (int p = 0; p < pixels; ++p)
@@ -48,7 +59,7 @@ INLINE void prefetch_share(global const storage* in, global storage* out, int x,
 }
 
 // `blocks` blocks of sixteen channels, from `block` on, of the pixels from (x, y) on whose input is `patch`.
-INLINE void convolve_row(global const storage* in, local const float* patch, global const float* bias,
+INLINE void convolve_row(INPUT_PARAMETERS local const float* patch, global const float* bias,
                          global const float* weights, global storage* out, int x, int y, int block, int blocks) {
     float16 sum[PIXELS][GROUP];
 #pragma unroll
@@ -57,7 +68,7 @@ INLINE void convolve_row(global const storage* in, local const float* patch, glo
         for (int o = 0; o < blocks; ++o) sum[p][o] = vload16(block + o, bias);
     for (int ky = 0; ky < KERNEL; ++ky) {
         for (int kx = 0; kx < KERNEL; ++kx) {
-            prefetch_share(in, out, x, y, KERNEL * ky + kx, block, blocks);
+            prefetch_share(INPUT out, x, y, KERNEL * ky + kx, block, blocks);
             local const float* tap = patch + ky * PATCH_ROW + kx * CHANNELS;
             for (int c = 0; c < CIN; ++c, weights += 16 * blocks)
 #pragma unroll
@@ -76,24 +87,24 @@ INLINE void convolve_row(global const storage* in, local const float* patch, glo
                                AT(OUT, x + p, y, 16 * (block + o)));
 }
 
-INLINE void convolve(global const storage* in, local const float* patch, global const float* bias,
+INLINE void convolve(INPUT_PARAMETERS local const float* patch, global const float* bias,
                      global const float* weights, global storage* out, int x, int y, int block, int blocks) {
     for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r)
-        convolve_row(in, patch + r * PATCH_ROW, bias, weights + block * 16 * TAPS * CIN, out, x, y + r, block, blocks);
+        convolve_row(INPUT patch + r * PATCH_ROW, bias, weights + block * 16 * TAPS * CIN, out, x, y + r, block, blocks);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
-                                                                             global const float* restrict packed,
-                                                                             global storage* restrict out,
-                                                                             uint packed_offset) {
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
+    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
     local float patch[PATCH_ROWS * PATCH_ROW] __attribute__((aligned(64)));
     const int x = (int)get_global_id(1) * PIXELS, y = (int)get_global_id(0) * ROWS;
     global const float* bias = packed + packed_offset;
     global const float* weights = bias + 16 * OUT_BLOCKS;
-    stage(in, x - KERNEL / 2, y - KERNEL / 2, patch);
+    stage(INPUT x - KERNEL / 2, y - KERNEL / 2, patch);
     int block = 0;
-    for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(in, patch, bias, weights, out, x, y, block, GROUP);
-    if (OUT_BLOCKS % GROUP) convolve(in, patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
+        convolve(INPUT patch, bias, weights, out, x, y, block, GROUP);
+    if (OUT_BLOCKS % GROUP) convolve(INPUT patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
 
 // Work-items: (CIN, 16 · ⌈COUT / 16⌉).
@@ -102,9 +113,9 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
                                                                 uint weights_offset, uint biases_offset) {
     const int ci = get_global_id(0), co = get_global_id(1);
     packed += packed_offset;
+    weights += weights_offset + (co * CIN + ci) * TAPS;
     if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
     const int before = co / 16 / GROUP * GROUP, width = 16 * min(GROUP, OUT_BLOCKS - before);
     packed += 16 * OUT_BLOCKS + before * 16 * TAPS * CIN + ci * width + co - 16 * before;
-    for (int tap = 0; tap < TAPS; ++tap)
-        packed[tap * CIN * width] = co < COUT ? weights[weights_offset + (co * CIN + ci) * TAPS + tap] : 0;
+    for (int tap = 0; tap < TAPS; ++tap) packed[tap * CIN * width] = co < COUT ? weights[tap] : 0;
 }

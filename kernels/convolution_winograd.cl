@@ -3,32 +3,39 @@
 // of weights, and transforms the products back. 2.25 multiplications a pixel and channel pair in place of 9. The
 // largest error is about 10⁻⁵ of the largest output; a value that is not finite spreads over its tile.
 //
-// Options: CIN, COUT, ACTIVATION, layouts IN and OUT, TILES (a multiple of 4), GROUP (blocks of sixteen output channels
-// multiplied at once), WG_X, WG_Y (both 1: scratch is not shared). Work-items: (tile rows, strips), which is
-// (⌈height / 4⌉, ⌈⌈width / 4⌉ / TILES⌉).
-// A set of packed weights takes 16 · ⌈COUT / 16⌉ + 36 · 16 · (CIN · OUT_BLOCKS + OUT_QUAD · (4 · WHOLE + REST)) floats.
+// Options: CIN, COUT, ACTIVATION, the input (convolution_input.clh), layout OUT, TILES (a multiple of 4), GROUP (blocks
+// of sixteen output channels multiplied at once), WG_X, WG_Y (both 1: scratch is not shared). Work-items: (tile rows,
+// strips), which is (⌈height / 4⌉, ⌈⌈width / 4⌉ / TILES⌉).
+// A set of packed weights takes 16 · ⌈COUT / 16⌉ + 36 · (16 · CIN · OUT_BLOCKS + OUT_QUAD · QUAD_FLOATS) floats.
 
-// Input channels: WHOLE blocks of sixteen, one to a vector, then the REST, of 16 / REST_LANES tiles to a vector.
-#define WHOLE (CIN / 16)
-#define REST (CIN % 16)
-#define REST_LANES (REST > 8 ? 16 : REST > 4 ? 8 : 4)
+#include "convolution_input.clh"
+
+// A part's channels: WHOLE blocks of sixteen, one to a vector, then the REST, of 16 / REST_LANES tiles to a vector.
+#define WHOLE(channels) ((channels) / 16)
+#define REST(channels) ((channels) % 16)
+#define REST_LANES(channels) (REST(channels) > 8 ? 16 : REST(channels) > 4 ? 8 : 4)
+#define PLUS_LANES(P) \
+    +16 * WHOLE(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
+#define LANES (0 EACH_PART(PLUS_LANES))
 
 // Output channels: OUT_BLOCKS of sixteen, the last perhaps part-filled. One to four left over make a quad, for which a
-// vector's lanes are four input channels × four output channels.
+// vector's lanes are four input channels × four output channels: a part's weights take QUAD_VECTORS.
 #define OUT_QUAD (COUT % 16 > 0 && COUT % 16 <= 4)
 #define OUT_BLOCKS (COUT / 16 + (COUT % 16 > 4))
 #define BIAS_FLOATS ((COUT + 15) / 16 * 16)
-#define QUAD_FLOATS (16 * (4 * WHOLE + REST))
+#define QUAD_VECTORS(channels) (4 * WHOLE(channels) + REST(channels))
+#define PLUS_QUAD_VECTORS(P) +QUAD_VECTORS(PART##P##_CHANNELS)
+#define QUAD_FLOATS (16 * (0 EACH_PART(PLUS_QUAD_VECTORS)))
 #define PASSES ((OUT_BLOCKS + GROUP - 1) / GROUP + OUT_QUAD)
 #define LINE (64 / (int)sizeof(storage))
 
-// Floats of one point: of the patches as [block][tile][16] then [tile][REST_LANES], of the products as
+// Floats of one point: of the patches, for each part, as [block][tile][16] then [tile][REST_LANES], of the products as
 // [block][tile][16]. An odd number of 64-byte lines, so that the 36 points of a tile fall into different cache sets.
 #define ODD_LINES(floats) (((floats) + 15) / 16 / 2 * 32 + 16)
-#define PATCH_POINT ODD_LINES(TILES*(16 * WHOLE + (REST ? REST_LANES : 0)))
+#define PATCH_POINT ODD_LINES(TILES* LANES)
 
 // A single pass's products may take the place of the patches, so that less cache is used.
-#define IN_PLACE (PASSES == 1 && CIN >= 16 * OUT_BLOCKS)
+#define IN_PLACE (PASSES == 1 && LANES >= 16 * OUT_BLOCKS)
 #define PRODUCT_POINT (IN_PLACE ? PATCH_POINT : ODD_LINES(TILES * 16 * GROUP))
 
 // Bᵀd for one row or column of a patch.
@@ -52,37 +59,72 @@ INLINE void transform_output(float16 a, float16 b, float16 c, float16 d, float16
     out[3 * step] = MAD((float16)(8), difference2, difference1) + f;
 }
 
-// LANES channels of 16 / LANES neighbouring tiles at the pixel (x, y) of the first; zero outside the image.
-INLINE float16 load16(global const storage* in, int x, int y, int channel, int guarded) {
+// `lanes` channels of a part, of 16 / lanes neighbouring tiles, at the pixel (x, y) of the first; zero outside the image.
+INLINE float16 lanes16(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float16)(0);
-    return LOAD16(in, AT(IN, x, y, channel));
+    return read16(INPUT part, x, y, channel);
 }
-INLINE float8 load8(global const storage* in, int x, int y, int channel, int guarded) {
+INLINE float8 lanes8(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float8)(0);
-    return LOAD8(in, AT(IN, x, y, channel));
+    return read8(INPUT part, x, y, channel);
 }
-INLINE float4 load4(global const storage* in, int x, int y, int channel, int guarded) {
+INLINE float4 lanes4(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float4)(0);
-    return LOAD4(in, AT(IN, x, y, channel));
+    return read4(INPUT part, x, y, channel);
 }
-INLINE float16 load_lanes(global const storage* in, int x, int y, int channel, int lanes, int guarded) {
+INLINE float16 load_lanes(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int guarded) {
     if (lanes == 4)
-        return (float16)(load4(in, x, y, channel, guarded), load4(in, x + 4, y, channel, guarded),
-                         load4(in, x + 8, y, channel, guarded), load4(in, x + 12, y, channel, guarded));
-    if (lanes == 8) return (float16)(load8(in, x, y, channel, guarded), load8(in, x + 4, y, channel, guarded));
-    return load16(in, x, y, channel, guarded);
+        return (float16)(
+            lanes4(INPUT part, x, y, channel, guarded), lanes4(INPUT part, x + 4, y, channel, guarded),
+            lanes4(INPUT part, x + 8, y, channel, guarded), lanes4(INPUT part, x + 12, y, channel, guarded));
+    if (lanes == 8)
+        return (float16)(lanes8(INPUT part, x, y, channel, guarded), lanes8(INPUT part, x + 4, y, channel, guarded));
+    return lanes16(INPUT part, x, y, channel, guarded);
+}
+
+// The 6×6 patch whose corner is at (x, y), of 16 / lanes tiles.
+INLINE void load_patch(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int guarded, float16 d[6][6]) {
+#pragma unroll
+    for (int r = 0; r < 6; ++r)
+#pragma unroll
+        for (int c = 0; c < 6; ++c) d[r][c] = load_lanes(INPUT part, x + c, y + r, channel, lanes, guarded);
+}
+
+// The same inside an image that is upsampled: x and y are odd, and the patch comes from 4×4 pixels, three quarters of
+// one and one of its neighbour.
+INLINE void load_upsampled_patch(INPUT_PARAMETERS int part, int x, int y, int channel, float16 d[6][6]) {
+    float16 wide[4][6];
+#pragma unroll
+    for (int r = 0; r < 4; ++r) {
+        float16 s[4];
+#pragma unroll
+        for (int c = 0; c < 4; ++c) s[c] = stored16(INPUT part, x / 2 + c, y / 2 + r, channel);
+#pragma unroll
+        for (int c = 0; c < 6; ++c) {
+            const float16 near = s[(c + 1) / 2], far = s[c % 2 ? (c - 1) / 2 : c / 2 + 1];
+            wide[r][c] = MAD((float16)(FAR_WEIGHT), far - near, near);
+        }
+    }
+#pragma unroll
+    for (int c = 0; c < 6; ++c)
+#pragma unroll
+        for (int r = 0; r < 6; ++r) {
+            const float16 near = wide[(r + 1) / 2][c], far = wide[r % 2 ? (r - 1) / 2 : r / 2 + 1][c];
+            d[r][c] = MAD((float16)(FAR_WEIGHT), far - near, near);
+        }
 }
 
 // Transforms the patches of 16 / lanes tiles whose first has its corner at (x, y).
-INLINE void transform_patches(global const storage* in, int x, int y, int channel, int lanes, local float* patch,
+INLINE void transform_patches(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, local float* patch,
                               int guarded) {
     float16 d[6][6];
+    if (is_upsampled(part) && lanes == 16 && !guarded)
+        load_upsampled_patch(INPUT part, x, y, channel, d);
+    else
+        load_patch(INPUT part, x, y, channel, lanes, guarded, d);
 #pragma unroll
-    for (int r = 0; r < 6; ++r) {
-#pragma unroll
-        for (int c = 0; c < 6; ++c) d[r][c] = load_lanes(in, x + c, y + r, channel, lanes, guarded);
+    for (int r = 0; r < 6; ++r)
         transform_input(&d[r][0], &d[r][1], &d[r][2], &d[r][3], &d[r][4], &d[r][5]);
-    }
 #pragma unroll
     for (int c = 0; c < 6; ++c) {
         transform_input(&d[0][c], &d[1][c], &d[2][c], &d[3][c], &d[4][c], &d[5][c]);
@@ -91,25 +133,27 @@ INLINE void transform_patches(global const storage* in, int x, int y, int channe
     }
 }
 
-INLINE void transform_strip(global const storage* in, int x, int y, int channel, int lanes, int tiles,
+INLINE void transform_strip(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int tiles,
                             local float* patch) {
     const int step = 16 / lanes;
     for (int t = 0; t < tiles; t += step, x += 4 * step, patch += 16) {
         if (x >= 0 && x + 4 * step + 2 <= IN_WIDTH && y >= 0 && y + 6 <= IN_HEIGHT)
-            transform_patches(in, x, y, channel, lanes, patch, 0);
+            transform_patches(INPUT part, x, y, channel, lanes, patch, 0);
         else
-            transform_patches(in, x, y, channel, lanes, patch, 1);
+            transform_patches(INPUT part, x, y, channel, lanes, patch, 1);
     }
 }
 
-// One point's product for `blocks` blocks of sixteen output channels, all its sums in registers.
-INLINE void multiply(local const float* patch, global const float* weights, local float* product, int blocks) {
-    float16 sum[GROUP][TILES];
-#pragma unroll
-    for (int o = 0; o < blocks; ++o)
-#pragma unroll
-        for (int t = 0; t < TILES; ++t) sum[o][t] = (float16)(0);
-    for (int block = 0; block < WHOLE; ++block, patch += 16 * TILES) {
+INLINE void transform_part(INPUT_PARAMETERS int part, int channels, int x, int y, int tiles, local float* patches) {
+    for (int block = 0; block < WHOLE(channels); ++block, patches += 16 * TILES)
+        transform_strip(INPUT part, x, y, 16 * block, 16, tiles, patches);
+    if (REST(channels)) transform_strip(INPUT part, x, y, 16 * WHOLE(channels), REST_LANES(channels), tiles, patches);
+}
+
+// Adds a part's share to one point's product for `blocks` blocks of sixteen output channels, all its sums in registers.
+INLINE void add_part(local const float* patch, global const float* weights, int channels, float16 sum[GROUP][TILES],
+                     int blocks) {
+    for (int block = 0; block < WHOLE(channels); ++block, patch += 16 * TILES) {
         for (int c = 0; c < 16; ++c, weights += 16 * blocks)
 #pragma unroll
             for (int t = 0; t < TILES; ++t)
@@ -117,12 +161,24 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
                 for (int o = 0; o < blocks; ++o)
                     sum[o][t] = MAD((float16)(patch[16 * t + c]), vload16(o, weights), sum[o][t]);
     }
-    for (int c = 0; c < REST; ++c, weights += 16 * blocks)
+    for (int c = 0; c < REST(channels); ++c, weights += 16 * blocks)
 #pragma unroll
         for (int t = 0; t < TILES; ++t)
 #pragma unroll
             for (int o = 0; o < blocks; ++o)
-                sum[o][t] = MAD((float16)(patch[REST_LANES * t + c]), vload16(o, weights), sum[o][t]);
+                sum[o][t] = MAD((float16)(patch[REST_LANES(channels) * t + c]), vload16(o, weights), sum[o][t]);
+}
+
+INLINE void multiply(local const float* patch, global const float* weights, local float* product, int blocks) {
+    float16 sum[GROUP][TILES];
+#pragma unroll
+    for (int o = 0; o < blocks; ++o)
+#pragma unroll
+        for (int t = 0; t < TILES; ++t) sum[o][t] = (float16)(0);
+#define ADD(P)                                                                                                   \
+    add_part(patch + TILES * PART##P##_LANE, weights + 16 * blocks * PART##P##_FIRST, PART##P##_CHANNELS, sum, \
+             blocks);
+    EACH_PART(ADD)
 #pragma unroll
     for (int o = 0; o < blocks; ++o)
 #pragma unroll
@@ -131,11 +187,9 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
 
 // The same for the quad of output channels left over: lanes are four input channels × four output channels while
 // summing, four tiles × four output channels in the product.
-INLINE void multiply_quad(local const float* patch, global const float* weights, local float* product) {
-    float16 sum[TILES];
-#pragma unroll
-    for (int t = 0; t < TILES; ++t) sum[t] = (float16)(0);
-    for (int block = 0; block < WHOLE; ++block, patch += 16 * TILES, weights += 64) {
+INLINE global const float* add_part_to_quad(local const float* patch, global const float* weights, int channels,
+                                            float16 sum[TILES]) {
+    for (int block = 0; block < WHOLE(channels); ++block, patch += 16 * TILES, weights += 64) {
 #pragma unroll
         for (int t = 0; t < TILES; ++t) {
             const float16 v = vload16(t, patch);
@@ -145,9 +199,20 @@ INLINE void multiply_quad(local const float* patch, global const float* weights,
             sum[t] = MAD(v.s33337777bbbbffff, vload16(3, weights), sum[t]);
         }
     }
-    for (int c = 0; c < REST; ++c, weights += 16)
+    for (int c = 0; c < REST(channels); ++c, weights += 16)
 #pragma unroll
-        for (int t = 0; t < TILES; ++t) sum[t] = MAD((float16)(patch[REST_LANES * t + c]), vload16(0, weights), sum[t]);
+        for (int t = 0; t < TILES; ++t)
+            sum[t] = MAD((float16)(patch[REST_LANES(channels) * t + c]), vload16(0, weights), sum[t]);
+    return weights;
+}
+
+INLINE void multiply_quad(local const float* patch, global const float* weights, local float* product) {
+    float16 sum[TILES];
+#pragma unroll
+    for (int t = 0; t < TILES; ++t) sum[t] = (float16)(0);
+#define ADD_TO_QUAD(P) \
+    weights = add_part_to_quad(patch + TILES * PART##P##_LANE, weights, PART##P##_CHANNELS, sum);
+    EACH_PART(ADD_TO_QUAD)
 #pragma unroll
     for (int t = 0; t < TILES; t += 4) {
         const float16 ab = (float16)(sum[t].lo, sum[t + 1].lo) + (float16)(sum[t].hi, sum[t + 1].hi);
@@ -173,8 +238,8 @@ INLINE void transform_products(local const float* product, float16 pixel[16]) {
                          1);
 }
 
-INLINE void finish_block(local const float* product, global const float* bias, global storage* out, int x, int y,
-                         int block) {
+INLINE void finish_block(local const float* product, global const float* bias, global storage* out,
+                         int x, int y, int block) {
     float16 pixel[16];
     transform_products(product, pixel);
     const int whole = x + 4 <= OUT_WIDTH && y + 4 <= OUT_HEIGHT;
@@ -187,7 +252,8 @@ INLINE void finish_block(local const float* product, global const float* bias, g
 }
 
 // Four tiles' quads, the first at (x, y).
-INLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
+INLINE void finish_quads(local const float* product, global const float* bias, global storage* out,
+                         int x, int y) {
     float16 pixel[16];
     transform_products(product, pixel);
 #pragma unroll
@@ -204,13 +270,20 @@ INLINE void finish_quads(local const float* product, global const float* bias, g
 
 // Ahead of its use, a share of the memory that comes next: in each of the 36 · PASSES products, some of the four new
 // rows of the strip below and some of the pixels that this pass will write.
-INLINE void prefetch_share(global const storage* in, global storage* out, int x, int y, int pass, int k, int block,
-                           int blocks) {
-    const int row_lines = ((4 * TILES + 2) * IN_STRIDE * sizeof(storage) + 63) / 64;
-    const int shares = 9 * PASSES, lines = (row_lines + shares - 1) / shares, share = 36 * pass + k;
-    global const storage* row = in + AT(IN, x - 1, min(y + 5 + share / shares, IN_HEIGHT - 1), 0);
-#pragma unroll
-    for (int i = 0; i < lines; ++i) PREFETCH(row + (share % shares * lines + i) * LINE);
+INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int pass, int k, int block, int blocks) {
+    const int shares = 9 * PASSES, share = 36 * pass + k;
+    // Of an image that is pooled, twice as many rows of twice as many pixels; of others at least as much as they have.
+#define PREFETCH_BELOW(P)                                                                                            \
+    {                                                                                                                \
+        const int pool = READING(P) == READING_POOLED ? 2 : 1;                                                       \
+        const int row_lines = (pool * (4 * TILES + 2) * PART##P##_STRIDE * sizeof(storage) + 63) / 64;               \
+        const int row_shares = shares / pool, lines = (row_lines + row_shares - 1) / row_shares;                     \
+        const int below = min(pool * (y + 5) + share / row_shares, PART##P##_HEIGHT - 1);                            \
+        global const storage* row = in##P + AT(PART##P, pool * (x - 1), below, 0);                                   \
+        if (READING(P) <= READING_POOLED)                                                                            \
+            for (int i = 0; i < lines; ++i) PREFETCH(row + (share % row_shares * lines + i) * LINE);                 \
+    }
+    EACH_PART(PREFETCH_BELOW)
     const int pixels = (4 * TILES + 8) / 9;
     global storage* first = out + AT(OUT, x + k % 9 * pixels, y + k / 9, 16 * block);
 #pragma unroll
@@ -221,12 +294,12 @@ INLINE void prefetch_share(global const storage* in, global storage* out, int x,
 }
 
 // All 36 products of `blocks` blocks of output channels, then their pixels.
-INLINE void run_pass(global const storage* in, local const float* patches, global const float* bias,
+INLINE void run_pass(INPUT_PARAMETERS local const float* patches, global const float* bias,
                      global const float* weights, local float* products, global storage* out, int x, int y, int tiles,
                      int pass, int blocks) {
     const int block = pass * GROUP;
     for (int k = 0; k < 36; ++k) {
-        prefetch_share(in, out, x, y, pass, k, block, blocks);
+        prefetch_share(INPUT out, x, y, pass, k, block, blocks);
         multiply(patches + k * PATCH_POINT, weights + 16 * CIN * (36 * block + k * blocks),
                  products + k * PRODUCT_POINT, blocks);
     }
@@ -235,21 +308,20 @@ INLINE void run_pass(global const storage* in, local const float* patches, globa
             finish_block(products + 16 * (TILES * o + t), bias, out, x + 4 * t, y, block + o);
 }
 
-INLINE void run_quad_pass(global const storage* in, local const float* patches, global const float* bias,
+INLINE void run_quad_pass(INPUT_PARAMETERS local const float* patches, global const float* bias,
                           global const float* weights, local float* products, global storage* out, int x, int y,
                           int tiles) {
     weights += 36 * 16 * CIN * OUT_BLOCKS;
     for (int k = 0; k < 36; ++k, weights += QUAD_FLOATS) {
-        prefetch_share(in, out, x, y, PASSES - 1, k, OUT_BLOCKS, OUT_BLOCKS == 0);
+        prefetch_share(INPUT out, x, y, PASSES - 1, k, OUT_BLOCKS, OUT_BLOCKS == 0);
         multiply_quad(patches + k * PATCH_POINT, weights, products + k * PRODUCT_POINT);
     }
     for (int t = 0; t < tiles; t += 4) finish_quads(products + 4 * t, bias, out, x + 4 * t, y);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(global const storage* restrict in,
-                                                                             global const float* restrict packed,
-                                                                             global storage* restrict out,
-                                                                             uint packed_offset) {
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
+    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
     local float patches[36 * PATCH_POINT] __attribute__((aligned(64)));
 #if IN_PLACE
     local float* products = patches;
@@ -259,17 +331,17 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(glo
     const int first = (int)get_global_id(1) * TILES, tiles = min(TILES, (OUT_WIDTH + 3) / 4 - first);
     const int x = 4 * first, y = 4 * (int)get_global_id(0);
 
-    for (int block = 0; block < WHOLE; ++block)
-        transform_strip(in, x - 1, y - 1, 16 * block, 16, tiles, patches + 16 * TILES * block);
-    if (REST) transform_strip(in, x - 1, y - 1, 16 * WHOLE, REST_LANES, tiles, patches + 16 * TILES * WHOLE);
+#define TRANSFORM(P) \
+    transform_part(INPUT P, PART##P##_CHANNELS, x - 1, y - 1, tiles, patches + TILES * PART##P##_LANE);
+    EACH_PART(TRANSFORM)
 
     global const float* bias = packed + packed_offset;
     global const float* weights = bias + BIAS_FLOATS;
     for (int pass = 0; pass < OUT_BLOCKS / GROUP; ++pass)
-        run_pass(in, patches, bias, weights, products, out, x, y, tiles, pass, GROUP);
+        run_pass(INPUT patches, bias, weights, products, out, x, y, tiles, pass, GROUP);
     if (OUT_BLOCKS % GROUP)
-        run_pass(in, patches, bias, weights, products, out, x, y, tiles, OUT_BLOCKS / GROUP, OUT_BLOCKS % GROUP);
-    if (OUT_QUAD) run_quad_pass(in, patches, bias, weights, products, out, x, y, tiles);
+        run_pass(INPUT patches, bias, weights, products, out, x, y, tiles, OUT_BLOCKS / GROUP, OUT_BLOCKS % GROUP);
+    if (OUT_QUAD) run_quad_pass(INPUT patches, bias, weights, products, out, x, y, tiles);
 }
 
 // Gg for one row or column of a kernel.
@@ -288,7 +360,7 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
                                                                 uint weights_offset, uint biases_offset) {
     const int ci = get_global_id(0), co = get_global_id(1);
     packed += packed_offset;
-    weights += weights_offset;
+    weights += weights_offset + (co * CIN + ci) * 9;
     if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
 
     // Where point 0 of this pair goes, and how far it is from point to point.
@@ -301,19 +373,26 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
     } else {
         step = QUAD_FLOATS;
         position += 36 * 16 * CIN * OUT_BLOCKS;
-        if (ci >= 16 * WHOLE)
-            position += 16 * (4 * WHOLE + ci % 16) + co % 16;
+        int vectors = 0, whole = 0, c = 0;  // those of the parts before this channel's, its part's blocks, its place
+#define FIND_PART(P)                                                    \
+    if (ci >= PART##P##_FIRST + PART##P##_CHANNELS) {                   \
+        vectors += QUAD_VECTORS(PART##P##_CHANNELS);                    \
+    } else if (ci >= PART##P##_FIRST) {                                 \
+        whole = WHOLE(PART##P##_CHANNELS), c = ci - PART##P##_FIRST;    \
+    }
+        EACH_PART(FIND_PART)
+        if (c >= 16 * whole)
+            position += 16 * (vectors + 4 * whole + c % 16) + co % 16;
         else if (co % 16 < 4)
-            position += 16 * (ci / 16 * 4 + ci % 4) + ci % 16 / 4 * 4 + co % 16;
+            position += 16 * (vectors + c / 16 * 4 + c % 4) + c % 16 / 4 * 4 + co % 16;
         else
             return;
     }
 
     float rows[18], points[36];
     for (int c = 0; c < 3; ++c) {
-        const int i = (co * CIN + ci) * 9 + c;
         if (co < COUT)
-            transform_kernel(weights[i], weights[i + 3], weights[i + 6], rows + c, 3);
+            transform_kernel(weights[c], weights[c + 3], weights[c + 6], rows + c, 3);
         else
             transform_kernel(0, 0, 0, rows + c, 3);
     }

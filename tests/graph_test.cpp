@@ -104,4 +104,62 @@ TEST_SUITE("small") {
         CHECK(kept.states.size() == 2);
         for (const State& state : kept.states) CHECK(std::holds_alternative<Previous>(kept.nodes[state.previous].op));
     }
+
+    TEST_CASE("convolutions take in what they read") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {8, 6});
+        const auto layer = [&](Value image, int channels, const char* name) {
+            return graph.convolution(image, parameters(channels, graph.shape(image).channels), Activation::relu, name);
+        };
+        const Value features = layer(color, 4, "features");
+        const Value large = layer(graph.upsample(color, 2, Shift::jitter, "large"), 4, "maps");
+        const Value weights = layer(large, 1, "weights");
+
+        SUBCASE("weighted maps, made larger, and samples, whose weights become the last") {
+            const Value samples = graph.zero_upsample(features, 2);
+            std::vector<Value> maps{samples, graph.product(large, weights, "weighting")};
+            for (Value& map : maps) map = graph.replicate_to(map, {20, 12});
+            Parameters all{1, 8};
+            for (int i = 0; i < 72; ++i) all.weights.push_back(i);
+            all.biases = {0};
+            graph.output = graph.convolution(graph.concat(maps), all, Activation::none, "first");
+            const Graph fused = fuse_convolution_inputs(graph);
+            const Node& first = fused.nodes[fused.output];
+            const auto& convolution = std::get<Convolution>(first.op);
+            CHECK(convolution.readings == std::vector{Reading::whole, Reading::factor, Reading::whole});
+            CHECK(Size{convolution.width, convolution.height} == Size{20, 12});
+            CHECK(fused.nodes[first.inputs[0]].name == "maps");
+            CHECK(fused.nodes[first.inputs[1]].name == "weights");
+            CHECK(std::holds_alternative<ZeroUpsample>(fused.nodes[first.inputs[2]].op));
+            CHECK(fused.parameters[convolution.parameters].weights.front() == 36);
+            CHECK(fused.parameters[convolution.parameters].weights.back() == 35);
+            CHECK(count(fused, is_concat) == 0);
+            CHECK(count(fused, is_pointwise) == 0);
+        }
+        SUBCASE("pooled and upsampled images") {
+            const Value half = layer(graph.max_pool(large, "pool"), 4, "half");
+            graph.output = layer(graph.concat({graph.upsample(half, 2, Shift::none, "up"), large}), 3, "last");
+            const Graph fused = fuse_convolution_inputs(graph);
+            const Node& last = fused.nodes[fused.output];
+            CHECK(std::get<Convolution>(last.op).readings == std::vector{Reading::upsampled, Reading::whole});
+            const Node& pooling = fused.nodes[last.inputs[0]];
+            CHECK(pooling.name == "half");
+            CHECK(std::get<Convolution>(pooling.op).readings == std::vector{Reading::pooled});
+            CHECK(pooling.inputs == std::vector{last.inputs[1]});
+        }
+        SUBCASE("but not what is used or seen elsewhere, nor what the kernels could not read") {
+            const Value pool = graph.max_pool(large, "pool");
+            graph.views = {{"pool", pool}};
+            const Value odd = layer(graph.upsample(layer(pool, 3, "odd"), 2, Shift::none, "up"), 3, "whole");
+            const Value parts = graph.concat({graph.upsample(layer(pool, 3, "three"), 2, Shift::none, "up"), odd});
+            graph.output = layer(parts, 3, "last");
+            const Graph fused = fuse_convolution_inputs(graph);
+            int readings = 0;
+            for (const Node& node : fused.nodes)
+                if (const auto* convolution = std::get_if<Convolution>(&node.op); convolution && node.name != "whole")
+                    readings += static_cast<int>(convolution->readings.size());
+            CHECK(readings == 0);
+            CHECK(fused.views.contains("pool"));
+        }
+    }
 }

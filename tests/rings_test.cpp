@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "operator_harness.h"
+#include "convolution_harness.h"
 
 using namespace clarus;
 using namespace clarus::test;
@@ -31,14 +31,8 @@ void check_convolution(const Layer& layer, Size size) {
     CAPTURE(layer.kernel);
     CAPTURE(layer.stride);
     std::mt19937 random(3);
-    std::uniform_real_distribution<float> weight(-0.2f, 0.2f);
-    graph::Parameters parameters{layer.out, layer.in};
-    parameters.kernel = layer.kernel;
-    parameters.stride = layer.stride;
-    parameters.weights.resize(parameters.weights_per_set());
-    parameters.biases.resize(layer.out);
-    for (float& value : parameters.weights) value = weight(random);
-    for (float& value : parameters.biases) value = weight(random);
+    const graph::Parameters parameters =
+        random_parameters(layer.out, layer.in, layer.kernel, 1, random, 1, layer.stride);
 
     const graph::Shape in{layer.in, size.height + layer.cropped, size.width + layer.cropped};
     const graph::Shape out{layer.out, (size.height + layer.stride - 1) / layer.stride,
@@ -87,6 +81,47 @@ TEST_CASE("convolutions work on bands of rows between rings") {
     check_convolution({8, 3, 3, 1, Storage::f16, 2}, {30, 17});
     check_convolution({5, 7, 5}, {19, 23});
     check_convolution({6, 4, 3, 2}, {21, 37});
+}
+
+TEST_CASE("convolutions of images put together work on bands of rows between rings") {
+    std::mt19937 random(7);
+    constexpr int kScale = 2, kHeight = 42;
+    const graph::Shape out{18, kHeight, 22}, weighted{8, kHeight - 2, 20}, factor{1, kHeight - 2, 20},
+        upsampled{16, kHeight / 2, 11}, pooled{4, 2 * kHeight, 44}, samples{5, kHeight / kScale, 11},
+        zero_upsampled{5, kHeight, 22};
+    const graph::Parameters parameters = random_parameters(out.channels, 8 + 16 + 4 + 5, 3, 1, random);
+    using graph::Reading;
+    const std::vector<Reading> readings{Reading::whole, Reading::factor, Reading::upsampled, Reading::pooled,
+                                        Reading::whole};
+    runtime::FrameConstants frame;
+    frame.sample_y = 1;
+    runtime::Problem problem;
+    problem.node = {
+        graph::Convolution{0, graph::Activation::relu, readings, out.width, out.height}, {}, out, "convolution"};
+    for (const graph::Shape& shape : {weighted, factor, upsampled, pooled, zero_upsampled})
+        problem.inputs.push_back(part(shape, Storage::f32));
+    problem.inputs.back().samples = kScale;
+    problem.output = part(out, Storage::f32);
+    problem.parameters = &parameters;
+    std::vector<Planes> images;
+    for (const graph::Shape& shape : {weighted, factor, upsampled, pooled, samples})
+        images.push_back(random_planes(shape, random, -1, 1));
+    check_bands(
+        problem, images, frame,
+        [&](int input, int first, int end) {
+            const Rows rows = within({first - 1, end + 1}, kHeight);
+            switch (input) {
+                case 2:
+                    return within({(rows.first + 1) / 2 - 1, rows.end / 2 + 1}, upsampled.height);
+                case 3:
+                    return Rows{2 * rows.first, 2 * rows.end};
+                case 4:
+                    return Rows{rows.first / kScale, (rows.end + kScale - 1) / kScale};
+                default:
+                    return within(rows, weighted.height);
+            }
+        },
+        5e-5f);
 }
 
 TEST_CASE("upsampling works on bands of rows between rings, whatever the jitter") {

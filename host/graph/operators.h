@@ -148,11 +148,24 @@ struct Slice {
 
 enum class Activation { none, relu };
 
+/// How a convolution reads one of the images that its input is made of.
+enum class Reading {
+    whole,      // as it is
+    pooled,     // maxpool_2 of it
+    upsampled,  // upsample(it, 2, 0)
+    factor,     // has one channel, by which the whole image before it is multiplied
+};
+
 /// conv(a→b), "same". `parameters`: index into Graph::parameters, which have the kernel's size, its groups and stride.
 /// The result may be smaller than the input: then it is that of its top left part.
 struct Convolution {
     int parameters;
     Activation activation;
+    /// Where the input is put together from several images along channels (fuse_convolution_inputs): how each is read,
+    /// and the input's size. An image smaller than it that is read whole goes on with its last column and row to the
+    /// right and below. A zero-upsampled one is the last.
+    std::vector<Reading> readings = {};
+    int width = 0, height = 0;
 };
 
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.

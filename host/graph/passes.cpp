@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "graph/uses.h"
+
 namespace clarus::graph {
 namespace {
 
@@ -45,21 +47,6 @@ class Program {
     std::vector<Step> steps_;
 };
 
-struct Uses {
-    std::vector<int> by_nodes;
-    std::vector<int> by_others;  // output, states, views
-};
-
-Uses count_uses(const Graph& graph) {
-    Uses uses{std::vector<int>(graph.nodes.size()), std::vector<int>(graph.nodes.size())};
-    for (const Node& node : graph.nodes)
-        for (const Value input : node.inputs) ++uses.by_nodes[input];
-    ++uses.by_others[graph.output];
-    for (const State& state : graph.states) ++uses.by_others[state.next];
-    for (const auto& [name, value] : graph.views) ++uses.by_others[value];
-    return uses;
-}
-
 const Pointwise* as_pointwise(const Graph& graph, Value value) {
     return std::get_if<Pointwise>(&graph.nodes[value].op);
 }
@@ -75,7 +62,7 @@ std::vector<int> take_in(Program& program, const Graph& graph, Value value, bool
 }
 
 void join_into_users(Graph& graph) {
-    const Uses uses = count_uses(graph);
+    const Uses uses(graph);
     for (Node& node : graph.nodes) {
         const auto* pointwise = std::get_if<Pointwise>(&node.op);
         if (!pointwise) continue;
@@ -83,8 +70,7 @@ void join_into_users(Graph& graph) {
         std::vector<int> operands;
         for (const Value input : node.inputs) {
             const Pointwise* source = as_pointwise(graph, input);
-            const bool absorb =
-                source && source->results.size() == 1 && uses.by_nodes[input] + uses.by_others[input] == 1;
+            const bool absorb = source && source->results.size() == 1 && uses.only_one(input);
             operands.push_back(take_in(program, graph, input, absorb).front());
         }
         std::vector<int> results = program.append(*pointwise, std::move(operands));
@@ -101,7 +87,7 @@ void replace_outside_nodes(Graph& graph, Value from, Value to) {
 }
 
 void join_through_concat(Graph& graph) {
-    const Uses uses = count_uses(graph);
+    const Uses uses(graph);
     const Value end = static_cast<Value>(graph.nodes.size());
     for (Value concat = 0; concat < end; ++concat) {
         if (!std::holds_alternative<Concat>(graph.nodes[concat].op)) continue;
@@ -136,9 +122,13 @@ Graph fuse_pointwise(const Graph& graph) {
     Graph result = graph;
     join_into_users(result);
     join_through_concat(result);
+    return remove_unused(result);
+}
+
+Graph remove_unused(const Graph& graph) {
     std::vector<std::string> views;
-    for (const auto& [name, value] : result.views) views.push_back(name);
-    return remove_unused(result, views);
+    for (const auto& [name, value] : graph.views) views.push_back(name);
+    return remove_unused(graph, views);
 }
 
 Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {

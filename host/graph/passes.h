@@ -8,6 +8,10 @@ namespace clarus::graph {
 
 /// Each pass returns a graph that computes the same output, states and views.
 
+/// Makes convolutions pool, upsample by two, weight and put together what they read, where that has no other use:
+/// these then need no pass and no memory of their own. Before fuse_pointwise.
+Graph fuse_convolution_inputs(const Graph& graph);
+
 /// Joins pointwise programs: into their users where they have one user only, and through concat, so that one program
 /// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place,
 /// and what it takes from the memory of others (slices, zero-upsampled images) is gathered in one go.
@@ -16,6 +20,8 @@ Graph fuse_pointwise(const Graph& graph);
 /// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are
 /// forgotten.
 Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep);
+/// The same, keeping all views.
+Graph remove_unused(const Graph& graph);
 
 /// A graph in which what `change` adds to the colour input stands in the input's place.
 Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change);

@@ -23,19 +23,43 @@ struct Rows {
     int first, end;
 };
 
-/// What a node reads of an input of `height` rows for these rows of its result.
-Rows read_rows(const Graph& graph, const Node& node, Rows rows, int height) {
-    if (const auto* convolution = std::get_if<graph::Convolution>(&node.op)) {
-        const graph::Parameters& parameters = graph.parameters[convolution->parameters];
-        const int reach = parameters.kernel / 2;
-        rows = {parameters.stride * rows.first - reach, parameters.stride * (rows.end - 1) + reach + 1};
-    } else if (std::holds_alternative<graph::MaxPool>(node.op)) {
-        rows = {2 * rows.first, 2 * rows.end};
-    } else if (const auto* upsample = std::get_if<graph::Upsample>(&node.op)) {
-        const int jitter = upsample->shift == graph::Shift::none ? 0 : 1;
-        rows = {rows.first / upsample->scale - 1 - jitter, (rows.end - 1) / upsample->scale + 2 + jitter};
+/// Rows that upsampling by `scale` reads for these rows of its result.
+Rows read_by_upsampling(Rows rows, int scale, graph::Shift shift) {
+    const int jitter = shift == graph::Shift::none ? 0 : 1;
+    return {rows.first / scale - 1 - jitter, (rows.end - 1) / scale + 2 + jitter};
+}
+
+Rows read_by_pooling(Rows rows) { return {2 * rows.first, 2 * rows.end}; }
+
+/// Rows that a convolution reads of one of its inputs.
+Rows read_by_convolution(const Graph& graph, const graph::Convolution& convolution, size_t position, Rows rows) {
+    const graph::Parameters& parameters = graph.parameters[convolution.parameters];
+    const int reach = parameters.kernel / 2;
+    rows = {parameters.stride * rows.first - reach, parameters.stride * (rows.end - 1) + reach + 1};
+    if (convolution.readings.empty()) return rows;
+    rows = {std::max(rows.first, 0), std::min(rows.end, convolution.height)};
+    switch (convolution.readings[position]) {
+        case graph::Reading::whole:
+        case graph::Reading::factor:
+            break;
+        case graph::Reading::pooled:
+            return read_by_pooling(rows);
+        case graph::Reading::upsampled:
+            return read_by_upsampling(rows, 2, graph::Shift::none);
     }
-    // Of an image that a pointwise program makes larger, the last row.
+    return rows;
+}
+
+/// What a node reads of its input `position` for these rows of its result.
+Rows read_rows(const Graph& graph, const Node& node, size_t position, Rows rows) {
+    if (const auto* convolution = std::get_if<graph::Convolution>(&node.op))
+        rows = read_by_convolution(graph, *convolution, position, rows);
+    else if (std::holds_alternative<graph::MaxPool>(node.op))
+        rows = read_by_pooling(rows);
+    else if (const auto* upsample = std::get_if<graph::Upsample>(&node.op))
+        rows = read_by_upsampling(rows, upsample->scale, upsample->shift);
+    // Of an image that goes on beyond its end, the last row.
+    const int height = graph.shape(node.inputs[position]).height;
     return {std::clamp(rows.first, 0, height - 1), std::clamp(rows.end, 1, height)};
 }
 
@@ -114,7 +138,7 @@ class Planner {
             visit(value, rows);
         } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
             const int scale = zero_upsample->scale;
-            visit_makers(node.inputs[0], {rows.first / scale, (rows.end + scale - 1) / scale}, visit);
+            visit_makers(node.inputs[0], {rows.first / scale, ceil_divide(rows.end, scale)}, visit);
         } else if (std::holds_alternative<graph::Slice>(node.op) || std::holds_alternative<graph::Concat>(node.op)) {
             for (const Value input : node.inputs) visit_makers(input, rows, visit);
         }
@@ -123,8 +147,8 @@ class Planner {
     template <typename Visit>
     void visit_inputs(Value stage, Rows rows, Visit&& visit) const {
         const Node& node = graph_.nodes[stage];
-        for (const Value input : node.inputs)
-            visit_makers(input, read_rows(graph_, node, rows, graph_.shape(input).height), visit);
+        for (size_t position = 0; position < node.inputs.size(); ++position)
+            visit_makers(node.inputs[position], read_rows(graph_, node, position, rows), visit);
     }
 
     /// How many rows of each node there must be when so much of the last results is there.

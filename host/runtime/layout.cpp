@@ -35,7 +35,9 @@ bool shows_another(const Node& node) {
 }
 
 bool reads_samples(const Node& node) {
-    return is<graph::Pointwise>(node) || is<graph::Warp>(node) || is<graph::Slice>(node);
+    const auto* convolution = std::get_if<graph::Convolution>(&node.op);
+    return is<graph::Pointwise>(node) || is<graph::Warp>(node) || is<graph::Slice>(node) ||
+           (convolution && !convolution->readings.empty());
 }
 
 Storage storage_of(const Graph& graph, Value value, Storage images) {

@@ -108,7 +108,8 @@ std::map<int, Lowered> Plan::convolutions() const {
 std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
                                 const std::function<Selection(const Problem&)>& select) {
     auto plan = std::make_unique<Plan>();
-    const graph::Graph fused = graph::fuse_pointwise(graph::remove_unused(graph, options.views));
+    const graph::Graph fused =
+        graph::fuse_pointwise(graph::fuse_convolution_inputs(graph::remove_unused(graph, options.views)));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
     const int granule = band_granule(profile);
     const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, granule);

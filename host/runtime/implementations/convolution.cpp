@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "base/rounding.h"
+#include "runtime/implementations/convolution_input.h"
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -19,16 +20,15 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string file, 
     KernelCall& call = lowered.call;
     call.file = std::move(file);
     call.entry = "convolution";
-    call.options = fmt::format("{} -DCIN={} -DCOUT={} -DKERNEL={} -DACTIVATION={}",
-                               image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               problem.parameters->in_channels, problem.parameters->out_channels,
+    const ConvolutionInput input(problem);
+    call.options = fmt::format("{} {} -DCOUT={} -DKERNEL={} -DACTIVATION={}", input.options(),
+                               image_options({{"OUT", problem.output}}), problem.parameters->out_channels,
                                problem.parameters->kernel, convolution.activation == graph::Activation::relu ? 1 : 0);
     for (const auto& [name, value] : choices)
         if (name != "WG_X" && name != "WG_Y") call.options += fmt::format(" -D{}={}", name, value);
-    call.arguments = {{ArgumentKind::input, 0},
-                      {ArgumentKind::packed_weights},
-                      {ArgumentKind::output},
-                      {ArgumentKind::packed_offset}};
+    call.arguments = input.arguments();
+    call.arguments.insert(call.arguments.end(),
+                          {{ArgumentKind::packed_weights}, {ArgumentKind::output}, {ArgumentKind::packed_offset}});
     call.global = global;
     call.local = choices.contains("WG_X") ? group_size(choices) : std::array<size_t, 2>{1, 1};
     return lowered;
@@ -47,7 +47,9 @@ Packing packing_in_blocks(const Problem& problem) {
 
 /// What every kernel but the plain one wants: pixels one after another, dense weights, a result for each pixel.
 bool is_dense(const Problem& problem) {
-    return problem.inputs[0].block == 1 && problem.parameters->groups == 1 && problem.parameters->stride == 1;
+    const auto in_pixels = [](const TensorLayout& layout) { return layout.block == 1; };
+    return std::all_of(problem.inputs.begin(), problem.inputs.end(), in_pixels) && problem.parameters->groups == 1 &&
+           problem.parameters->stride == 1;
 }
 
 // --- plain
@@ -107,7 +109,7 @@ std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile&
     const std::vector<RegisterTile> register_tiles = blocks_of(problem) == 1
                                                          ? std::vector<RegisterTile>{{16, 1}, {20, 1}}
                                                          : std::vector<RegisterTile>{{12, 2}, {10, 2}};
-    const size_t channels = ceil_divide(problem.parameters->in_channels, 4) * 4;
+    const size_t channels = round_up(problem.parameters->in_channels, 4);
     const int margin = problem.parameters->kernel - 1;
     std::vector<Choices> result;
     for (const auto& [pixels_each, group] : register_tiles) {
@@ -139,30 +141,30 @@ Lowered lower_direct(const Problem& problem, const Choices& choices) {
 
 /// How convolution_winograd.cl divides the channels.
 struct WinogradChannels {
-    explicit WinogradChannels(const graph::Parameters& parameters)
-        : in(parameters.in_channels),
-          out_blocks(parameters.out_channels / kBlock + (parameters.out_channels % kBlock > 4)),
-          out_quad(parameters.out_channels % kBlock > 0 && parameters.out_channels % kBlock <= 4) {}
+    explicit WinogradChannels(const Problem& problem)
+        : input(problem),
+          out_blocks(problem.parameters->out_channels / kBlock + (problem.parameters->out_channels % kBlock > 4)),
+          out_quad(problem.parameters->out_channels % kBlock > 0 && problem.parameters->out_channels % kBlock <= 4) {}
 
     size_t packed_floats(int biases) const {
-        return biases + 36 * kBlock * (size_t(in) * out_blocks + out_quad * (4 * (in / kBlock) + in % kBlock));
+        int quad_vectors = 0;
+        for (const InputPart& part : input.parts) quad_vectors += 4 * (part.channels / kBlock) + part.channels % kBlock;
+        return biases + 36 * kBlock * (size_t(input.channels) * out_blocks + out_quad * quad_vectors);
     }
     size_t local_bytes(int tiles, int group) const {
-        const int rest = in % kBlock;
-        const int rest_lanes = rest > 8 ? 16 : rest > 4 ? 8 : rest > 0 ? 4 : 0;
-        const bool in_place = (out_blocks + group - 1) / group + out_quad == 1 && in >= kBlock * out_blocks;
+        const bool in_place = (out_blocks + group - 1) / group + out_quad == 1 && input.lanes >= kBlock * out_blocks;
         return 36 * sizeof(float) *
-               (odd_lines(tiles * (in / kBlock * kBlock + rest_lanes)) +
-                (in_place ? 0 : odd_lines(tiles * kBlock * group)));
+               (odd_lines(tiles * input.lanes) + (in_place ? 0 : odd_lines(tiles * kBlock * group)));
     }
     static size_t odd_lines(int floats) { return (floats + 15) / 16 / 2 * 32 + 16; }
 
-    int in, out_blocks;
+    ConvolutionInput input;
+    int out_blocks;
     bool out_quad;
 };
 
 std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfile& profile) {
-    const WinogradChannels channels(*problem.parameters);
+    const WinogradChannels channels(problem);
     std::vector<Choices> result;
     if (problem.parameters->kernel != 3) return result;
     for (const auto& [tiles, most] : {std::pair{8, 2}, {12, 2}, {8, 3}, {4, 1}}) {
@@ -190,7 +192,7 @@ Lowered lower_winograd(const Problem& problem, const Choices& choices) {
     lowered.call.row_axis = 0;
     lowered.call.rows_an_item = kTile;
     const int biases = kBlock * blocks_of(problem);
-    lowered.packing = packing(problem, biases, WinogradChannels(*problem.parameters).packed_floats(biases));
+    lowered.packing = packing(problem, biases, WinogradChannels(problem).packed_floats(biases));
     return lowered;
 }
 

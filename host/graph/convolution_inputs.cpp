@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "graph/passes.h"
+#include "graph/uses.h"
+
+namespace clarus::graph {
+namespace {
+
+// As many as kernels/convolution_input.clh counts.
+constexpr size_t kMostParts = 8;
+// Channels are read by so many at once.
+constexpr int kQuad = 4;
+
+template <typename Op>
+bool is(const Node& node) {
+    return std::holds_alternative<Op>(node.op);
+}
+
+/// One of the images that an input is made of, and how it is read.
+struct Part {
+    Value image;
+    Reading reading = Reading::whole;
+    std::optional<Value> factor = {};
+    int first = 0;  // of the input's channels
+};
+
+class Inputs {
+  public:
+    explicit Inputs(const Graph& graph) : graph_(graph), uses_(graph) {}
+
+    /// Of the convolution's input; empty where nothing is gained, or where the kernels could not read it.
+    std::vector<Part> parts(const Node& node) const {
+        const auto& convolution = std::get<Convolution>(node.op);
+        const Parameters& parameters = graph_.parameters[convolution.parameters];
+        if (parameters.groups != 1 || parameters.stride != 1 || parameters.conditioned) return {};
+        const Value input = node.inputs[0];
+        const bool joined = is<Concat>(graph_.nodes[input]) && uses_.only_one(input);
+        std::vector<Part> result;
+        int first = 0;
+        for (const Value image : joined ? graph_.nodes[input].inputs : std::vector{input}) {
+            result.push_back(part(image));
+            result.back().first = first;
+            first += graph_.shape(image).channels;
+        }
+        // Samples last.
+        std::stable_partition(result.begin(), result.end(),
+                              [&](const Part& each) { return !shows_samples(each.image); });
+        return is_gain(result, graph_.shape(input)) && is_readable(result) ? result : std::vector<Part>();
+    }
+
+    bool shows_samples(Value value) const {
+        const Node& node = graph_.nodes[value];
+        return is<ZeroUpsample>(node) || (is<Slice>(node) && shows_samples(node.inputs[0]));
+    }
+
+  private:
+    Part part(Value value) const {
+        const Node& node = graph_.nodes[value];
+        if (!uses_.only_one(value)) return {value};
+        const auto* upsample = std::get_if<Upsample>(&node.op);
+        if (upsample && upsample->scale == 2 && upsample->shift == Shift::none && !shows_samples(node.inputs[0]))
+            return {node.inputs[0], Reading::upsampled};
+        if (is<MaxPool>(node) && !shows_samples(node.inputs[0])) return {node.inputs[0], Reading::pooled};
+        if (const auto* program = std::get_if<Pointwise>(&node.op)) {
+            if (program->steps.empty() && node.inputs.size() == 1) {
+                // Its image, made larger.
+                const Part inner = part(node.inputs[0]);
+                return inner.reading == Reading::whole ? inner : Part{value};
+            }
+            if (const auto weighted = product(node, *program)) return *weighted;
+        }
+        return {value};
+    }
+
+    std::optional<Part> product(const Node& node, const Pointwise& program) const {
+        const bool only_product = program.steps.size() == 1 && node.inputs.size() == 2 &&
+                                  program.steps[0].function == Step::Function::product;
+        if (!only_product) return {};
+        auto [image, factor] = std::pair(node.inputs[0], node.inputs[1]);
+        if (graph_.shape(factor).channels != 1) std::swap(image, factor);
+        const bool possible =
+            graph_.shape(factor).channels == 1 && !shows_samples(image) && !shows_samples(factor) && is_image(factor);
+        if (!possible) return {};
+        return Part{image, Reading::whole, factor};
+    }
+
+    /// Stored as all images are, unlike motion vectors and depth; and of this frame.
+    bool is_image(Value value) const {
+        const Node& node = graph_.nodes[value];
+        if (is<Slice>(node) || is<ZeroUpsample>(node)) return is_image(node.inputs[0]);
+        return is<Convolution>(node) || is<Pointwise>(node) || is<Warp>(node) || is<Upsample>(node) ||
+               is<MaxPool>(node) || is<Concat>(node);
+    }
+
+    bool is_gain(const std::vector<Part>& parts, const Shape& input) const {
+        return std::any_of(parts.begin(), parts.end(), [&](const Part& part) {
+            const Shape& shape = graph_.shape(part.image);
+            return part.reading != Reading::whole || part.factor || shows_samples(part.image) ||
+                   shape.width != input.width || shape.height != input.height;
+        });
+    }
+
+    bool is_readable(const std::vector<Part>& parts) const {
+        const auto samples = [&](const Part& part) { return shows_samples(part.image); };
+        const auto count = static_cast<size_t>(std::count_if(parts.begin(), parts.end(), samples));
+        const size_t dense = parts.size() - count;
+        for (size_t i = 0; i < dense; ++i)
+            if (i + 1 < dense && graph_.shape(parts[i].image).channels % kQuad != 0) return false;
+        return count <= 1 && parts.size() <= kMostParts &&
+               std::all_of(parts.begin(), parts.end(), [&](const Part& part) { return is_image(part.image); });
+    }
+
+    const Graph& graph_;
+    Uses uses_;
+};
+
+/// Makes input channels [first, first + count) the last.
+void put_last(Parameters& parameters, int first, int count) {
+    const int taps = parameters.taps(), all = parameters.in_channels;
+    for (auto row = parameters.weights.begin(); row != parameters.weights.end(); row += all * taps)
+        std::rotate(row + first * taps, row + (first + count) * taps, row + all * taps);
+}
+
+}  // namespace
+
+Graph fuse_convolution_inputs(const Graph& graph) {
+    Graph result = graph;
+    const Inputs inputs(graph);
+    for (Node& node : result.nodes) {
+        if (!is<Convolution>(node)) continue;
+        const std::vector<Part> parts = inputs.parts(node);
+        if (parts.empty()) continue;
+        auto& convolution = std::get<Convolution>(node.op);
+        if (inputs.shows_samples(parts.back().image))
+            put_last(result.parameters[convolution.parameters], parts.back().first,
+                     graph.shape(parts.back().image).channels);
+        const Shape& shape = graph.shape(node.inputs[0]);
+        convolution.width = shape.width;
+        convolution.height = shape.height;
+        node.inputs.clear();
+        for (const Part& part : parts) {
+            node.inputs.push_back(part.image);
+            convolution.readings.push_back(part.reading);
+            if (!part.factor) continue;
+            node.inputs.push_back(*part.factor);
+            convolution.readings.push_back(Reading::factor);
+        }
+    }
+    return remove_unused(result);
+}
+
+}  // namespace clarus::graph

@@ -1,0 +1,86 @@
+#include "runtime/implementations/convolution_input.h"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string_view>
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Reading;
+
+std::string_view name_of(const InputPart& part, const TensorLayout& image) {
+    switch (part.reading) {
+        case Reading::whole:
+            return image.samples > 1 ? "SAMPLES" : part.factor >= 0 ? "WEIGHTED" : "WHOLE";
+        case Reading::pooled:
+            return "POOLED";
+        case Reading::upsampled:
+            return "UPSAMPLED";
+        case Reading::factor:
+            break;
+    }
+    throw std::logic_error("a factor is no part of its own");
+}
+
+const graph::Convolution& convolution_of(const Problem& problem) {
+    return std::get<graph::Convolution>(problem.node.op);
+}
+
+}  // namespace
+
+int InputPart::lanes(int channels) {
+    const int rest = channels % 16;
+    return channels - rest + (rest > 8 ? 16 : rest > 4 ? 8 : rest > 0 ? 4 : 0);
+}
+
+ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
+    const std::vector<Reading>& readings = convolution_of(problem).readings;
+    for (int input = 0; input < static_cast<int>(problem.inputs.size()); ++input) {
+        const TensorLayout& layout = problem.inputs[input];
+        const Reading reading = readings.empty() ? Reading::whole : readings.at(input);
+        if (layout.storage != problem.output.storage) throw std::logic_error("a kernel's images have one storage");
+        if (reading == Reading::factor) {
+            parts.at(parts.size() - 1).factor = input;
+        } else {
+            parts.push_back({reading, input, channels, layout.channels, lanes});
+            channels += layout.channels;
+            lanes += InputPart::lanes(layout.channels);
+        }
+    }
+}
+
+std::string ConvolutionInput::options() const {
+    const graph::Convolution& convolution = convolution_of(problem_);
+    const bool is_one = convolution.readings.empty();
+    std::string result = fmt::format("-DCIN={} -DPARTS={} -DIN_WIDTH={} -DIN_HEIGHT={}", channels, parts.size(),
+                                     is_one ? problem_.inputs[0].width : convolution.width,
+                                     is_one ? problem_.inputs[0].height : convolution.height);
+    int dense = channels;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        const InputPart& part = parts[i];
+        const TensorLayout& image = problem_.inputs[part.image];
+        result +=
+            fmt::format(" -DPART{0}_READING={1} -DPART{0}_FIRST={2} -DPART{0}_LANE={3} {4}", i, name_of(part, image),
+                        part.first, part.lane, layout_options(fmt::format("PART{}", i), image));
+        if (part.factor >= 0)
+            result += fmt::format(" {}", layout_options(fmt::format("FACTOR{}", i), problem_.inputs[part.factor]));
+        if (image.samples == 1) continue;
+        result += fmt::format(" -DPART{0}_SCALE={1} -DSAMPLES_PART={0}", i, image.samples);
+        dense = part.first;
+    }
+    return result + fmt::format(" -DDENSE_CIN={}", dense);
+}
+
+std::vector<Argument> ConvolutionInput::arguments() const {
+    std::vector<Argument> result;
+    for (const InputPart& part : parts) {
+        result.push_back({ArgumentKind::input, part.image});
+        if (part.factor >= 0) result.push_back({ArgumentKind::input, part.factor});
+        if (problem_.inputs[part.image].samples > 1) result.push_back({ArgumentKind::frame});
+    }
+    return result;
+}
+
+}  // namespace clarus::runtime
