@@ -43,12 +43,13 @@ INLINE void stage(INPUT_PARAMETERS int x, int y, local float* patch) {
 // Ahead of its use, with each tap a share of what comes next: the pixels of the next row that will be written, and once
 // for all blocks, a new row of the strip below.
 INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int tap, int block, int blocks) {
-#define PREFETCH_BELOW(P)                                                                                          \
-    if (block == 0 && READING(P) <= READING_WEIGHTED) {                                                            \
-        const int lines = (PATCH_PIXELS * PART##P##_STRIDE / LINE + TAPS) / TAPS;                                  \
-        global const storage* below =                                                                              \
-            in##P + AT(PART##P, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, PART##P##_HEIGHT - 1), 0) + tap * lines * LINE; \
-        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);                                                \
+#define PREFETCH_BELOW(P)                                                                              \
+    if (block == 0 && READING(P) <= READING_WEIGHTED) {                                                \
+        const int lines = (PATCH_PIXELS * PART##P##_STRIDE / LINE + TAPS) / TAPS;                      \
+        global const storage* below =                                                                  \
+            in##P + AT(PART##P, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, PART##P##_HEIGHT - 1), 0) + \
+            tap * lines * LINE;                                                                        \
+        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);                                    \
     }
     EACH_PART(PREFETCH_BELOW)
     const int pixels = (PIXELS + TAPS - 1) / TAPS;
@@ -87,23 +88,22 @@ INLINE void convolve_row(INPUT_PARAMETERS local const float* patch, global const
                                AT(OUT, x + p, y, 16 * (block + o)));
 }
 
-INLINE void convolve(INPUT_PARAMETERS local const float* patch, global const float* bias,
-                     global const float* weights, global storage* out, int x, int y, int block, int blocks) {
+INLINE void convolve(INPUT_PARAMETERS local const float* patch, global const float* bias, global const float* weights,
+                     global storage* out, int x, int y, int block, int blocks) {
     for (int r = 0; r < min(ROWS, OUT_HEIGHT - y); ++r)
-        convolve_row(INPUT patch + r * PATCH_ROW, bias, weights + block * 16 * TAPS * CIN, out, x, y + r, block, blocks);
+        convolve_row(INPUT patch + r * PATCH_ROW, bias, weights + block * 16 * TAPS * CIN, out, x, y + r, block,
+                     blocks);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out,
-    uint packed_offset) {
+    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
     local float patch[PATCH_ROWS * PATCH_ROW] __attribute__((aligned(64)));
     const int x = (int)get_global_id(1) * PIXELS, y = (int)get_global_id(0) * ROWS;
     global const float* bias = packed + packed_offset;
     global const float* weights = bias + 16 * OUT_BLOCKS;
     stage(INPUT x - KERNEL / 2, y - KERNEL / 2, patch);
     int block = 0;
-    for (; block + GROUP <= OUT_BLOCKS; block += GROUP)
-        convolve(INPUT patch, bias, weights, out, x, y, block, GROUP);
+    for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(INPUT patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(INPUT patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
 

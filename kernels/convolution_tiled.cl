@@ -5,11 +5,11 @@
 // empty, every pixel takes the taps that fall on a sample: the part's share is the convolution of each phase of the
 // pixels over the samples alone.
 //
-// Options: CIN, COUT, KERNEL (odd), ACTIVATION, the input (convolution_input.clh), layout OUT, PIXELS, CHUNK (a multiple
-// of 4), WG_X, WG_Y; HALF for products and a chunk's sums in half, which STORE_HALF and the device must have. Sums over
-// chunks are in float: 72 terms lose little in half, 576 would lose a digit. Work-items: (⌈width / PIXELS⌉, height). A
-// set of packed weights takes the room of 16 · ⌈COUT / 16⌉ · (1 + KERNEL² · CIN) floats: biases, then operands as
-// [block][input channel][tap][16].
+// Options: CIN, COUT, KERNEL (odd), ACTIVATION, the input (convolution_input.clh), layout OUT, PIXELS, CHUNK (a
+// multiple of 4), WG_X, WG_Y; HALF for products and a chunk's sums in half, which STORE_HALF and the device must have.
+// Sums over chunks are in float: 72 terms lose little in half, 576 would lose a digit. Work-items: (⌈width / PIXELS⌉,
+// height). A set of packed weights takes the room of 16 · ⌈COUT / 16⌉ · (1 + KERNEL² · CIN) floats: biases, then
+// operands as [block][input channel][tap][16].
 
 #include "convolution_input.clh"
 

@@ -14,8 +14,7 @@
 #define WHOLE(channels) ((channels) / 16)
 #define REST(channels) ((channels) % 16)
 #define REST_LANES(channels) (REST(channels) > 8 ? 16 : REST(channels) > 4 ? 8 : 4)
-#define PLUS_LANES(P) \
-    +16 * WHOLE(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
+#define PLUS_LANES(P) +16 * WHOLE(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
 #define LANES (0 EACH_PART(PLUS_LANES))
 
 // Output channels: OUT_BLOCKS of sixteen, the last perhaps part-filled. One to four left over make a quad, for which a
@@ -59,7 +58,8 @@ INLINE void transform_output(float16 a, float16 b, float16 c, float16 d, float16
     out[3 * step] = MAD((float16)(8), difference2, difference1) + f;
 }
 
-// `lanes` channels of a part, of 16 / lanes neighbouring tiles, at the pixel (x, y) of the first; zero outside the image.
+// `lanes` channels of a part, of 16 / lanes neighbouring tiles, at the pixel (x, y) of the first; zero outside the
+// image.
 INLINE float16 lanes16(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float16)(0);
     return read16(INPUT part, x, y, channel);
@@ -74,9 +74,9 @@ INLINE float4 lanes4(INPUT_PARAMETERS int part, int x, int y, int channel, int g
 }
 INLINE float16 load_lanes(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int guarded) {
     if (lanes == 4)
-        return (float16)(
-            lanes4(INPUT part, x, y, channel, guarded), lanes4(INPUT part, x + 4, y, channel, guarded),
-            lanes4(INPUT part, x + 8, y, channel, guarded), lanes4(INPUT part, x + 12, y, channel, guarded));
+        return (float16)(lanes4(INPUT part, x, y, channel, guarded), lanes4(INPUT part, x + 4, y, channel, guarded),
+                         lanes4(INPUT part, x + 8, y, channel, guarded),
+                         lanes4(INPUT part, x + 12, y, channel, guarded));
     if (lanes == 8)
         return (float16)(lanes8(INPUT part, x, y, channel, guarded), lanes8(INPUT part, x + 4, y, channel, guarded));
     return lanes16(INPUT part, x, y, channel, guarded);
@@ -123,8 +123,7 @@ INLINE void transform_patches(INPUT_PARAMETERS int part, int x, int y, int chann
     else
         load_patch(INPUT part, x, y, channel, lanes, guarded, d);
 #pragma unroll
-    for (int r = 0; r < 6; ++r)
-        transform_input(&d[r][0], &d[r][1], &d[r][2], &d[r][3], &d[r][4], &d[r][5]);
+    for (int r = 0; r < 6; ++r) transform_input(&d[r][0], &d[r][1], &d[r][2], &d[r][3], &d[r][4], &d[r][5]);
 #pragma unroll
     for (int c = 0; c < 6; ++c) {
         transform_input(&d[0][c], &d[1][c], &d[2][c], &d[3][c], &d[4][c], &d[5][c]);
@@ -175,9 +174,8 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
     for (int o = 0; o < blocks; ++o)
 #pragma unroll
         for (int t = 0; t < TILES; ++t) sum[o][t] = (float16)(0);
-#define ADD(P)                                                                                                   \
-    add_part(patch + TILES * PART##P##_LANE, weights + 16 * blocks * PART##P##_FIRST, PART##P##_CHANNELS, sum, \
-             blocks);
+#define ADD(P) \
+    add_part(patch + TILES * PART##P##_LANE, weights + 16 * blocks * PART##P##_FIRST, PART##P##_CHANNELS, sum, blocks);
     EACH_PART(ADD)
 #pragma unroll
     for (int o = 0; o < blocks; ++o)
@@ -210,8 +208,7 @@ INLINE void multiply_quad(local const float* patch, global const float* weights,
     float16 sum[TILES];
 #pragma unroll
     for (int t = 0; t < TILES; ++t) sum[t] = (float16)(0);
-#define ADD_TO_QUAD(P) \
-    weights = add_part_to_quad(patch + TILES * PART##P##_LANE, weights, PART##P##_CHANNELS, sum);
+#define ADD_TO_QUAD(P) weights = add_part_to_quad(patch + TILES * PART##P##_LANE, weights, PART##P##_CHANNELS, sum);
     EACH_PART(ADD_TO_QUAD)
 #pragma unroll
     for (int t = 0; t < TILES; t += 4) {
@@ -238,8 +235,8 @@ INLINE void transform_products(local const float* product, float16 pixel[16]) {
                          1);
 }
 
-INLINE void finish_block(local const float* product, global const float* bias, global storage* out,
-                         int x, int y, int block) {
+INLINE void finish_block(local const float* product, global const float* bias, global storage* out, int x, int y,
+                         int block) {
     float16 pixel[16];
     transform_products(product, pixel);
     const int whole = x + 4 <= OUT_WIDTH && y + 4 <= OUT_HEIGHT;
@@ -252,8 +249,7 @@ INLINE void finish_block(local const float* product, global const float* bias, g
 }
 
 // Four tiles' quads, the first at (x, y).
-INLINE void finish_quads(local const float* product, global const float* bias, global storage* out,
-                         int x, int y) {
+INLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
     float16 pixel[16];
     transform_products(product, pixel);
 #pragma unroll
@@ -273,15 +269,15 @@ INLINE void finish_quads(local const float* product, global const float* bias, g
 INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int pass, int k, int block, int blocks) {
     const int shares = 9 * PASSES, share = 36 * pass + k;
     // Of an image that is pooled, twice as many rows of twice as many pixels; of others at least as much as they have.
-#define PREFETCH_BELOW(P)                                                                                            \
-    {                                                                                                                \
-        const int pool = READING(P) == READING_POOLED ? 2 : 1;                                                       \
-        const int row_lines = (pool * (4 * TILES + 2) * PART##P##_STRIDE * sizeof(storage) + 63) / 64;               \
-        const int row_shares = shares / pool, lines = (row_lines + row_shares - 1) / row_shares;                     \
-        const int below = min(pool * (y + 5) + share / row_shares, PART##P##_HEIGHT - 1);                            \
-        global const storage* row = in##P + AT(PART##P, pool * (x - 1), below, 0);                                   \
-        if (READING(P) <= READING_POOLED)                                                                            \
-            for (int i = 0; i < lines; ++i) PREFETCH(row + (share % row_shares * lines + i) * LINE);                 \
+#define PREFETCH_BELOW(P)                                                                              \
+    {                                                                                                  \
+        const int pool = READING(P) == READING_POOLED ? 2 : 1;                                         \
+        const int row_lines = (pool * (4 * TILES + 2) * PART##P##_STRIDE * sizeof(storage) + 63) / 64; \
+        const int row_shares = shares / pool, lines = (row_lines + row_shares - 1) / row_shares;       \
+        const int below = min(pool * (y + 5) + share / row_shares, PART##P##_HEIGHT - 1);              \
+        global const storage* row = in##P + AT(PART##P, pool * (x - 1), below, 0);                     \
+        if (READING(P) <= READING_POOLED)                                                              \
+            for (int i = 0; i < lines; ++i) PREFETCH(row + (share % row_shares * lines + i) * LINE);   \
     }
     EACH_PART(PREFETCH_BELOW)
     const int pixels = (4 * TILES + 8) / 9;
@@ -294,9 +290,8 @@ INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, i
 }
 
 // All 36 products of `blocks` blocks of output channels, then their pixels.
-INLINE void run_pass(INPUT_PARAMETERS local const float* patches, global const float* bias,
-                     global const float* weights, local float* products, global storage* out, int x, int y, int tiles,
-                     int pass, int blocks) {
+INLINE void run_pass(INPUT_PARAMETERS local const float* patches, global const float* bias, global const float* weights,
+                     local float* products, global storage* out, int x, int y, int tiles, int pass, int blocks) {
     const int block = pass * GROUP;
     for (int k = 0; k < 36; ++k) {
         prefetch_share(INPUT out, x, y, pass, k, block, blocks);
@@ -320,8 +315,7 @@ INLINE void run_quad_pass(INPUT_PARAMETERS local const float* patches, global co
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out,
-    uint packed_offset) {
+    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
     local float patches[36 * PATCH_POINT] __attribute__((aligned(64)));
 #if IN_PLACE
     local float* products = patches;
@@ -331,8 +325,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
     const int first = (int)get_global_id(1) * TILES, tiles = min(TILES, (OUT_WIDTH + 3) / 4 - first);
     const int x = 4 * first, y = 4 * (int)get_global_id(0);
 
-#define TRANSFORM(P) \
-    transform_part(INPUT P, PART##P##_CHANNELS, x - 1, y - 1, tiles, patches + TILES * PART##P##_LANE);
+#define TRANSFORM(P) transform_part(INPUT P, PART##P##_CHANNELS, x - 1, y - 1, tiles, patches + TILES * PART##P##_LANE);
     EACH_PART(TRANSFORM)
 
     global const float* bias = packed + packed_offset;
@@ -374,11 +367,11 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
         step = QUAD_FLOATS;
         position += 36 * 16 * CIN * OUT_BLOCKS;
         int vectors = 0, whole = 0, c = 0;  // those of the parts before this channel's, its part's blocks, its place
-#define FIND_PART(P)                                                    \
-    if (ci >= PART##P##_FIRST + PART##P##_CHANNELS) {                   \
-        vectors += QUAD_VECTORS(PART##P##_CHANNELS);                    \
-    } else if (ci >= PART##P##_FIRST) {                                 \
-        whole = WHOLE(PART##P##_CHANNELS), c = ci - PART##P##_FIRST;    \
+#define FIND_PART(P)                                                 \
+    if (ci >= PART##P##_FIRST + PART##P##_CHANNELS) {                \
+        vectors += QUAD_VECTORS(PART##P##_CHANNELS);                 \
+    } else if (ci >= PART##P##_FIRST) {                              \
+        whole = WHOLE(PART##P##_CHANNELS), c = ci - PART##P##_FIRST; \
     }
         EACH_PART(FIND_PART)
         if (c >= 16 * whole)

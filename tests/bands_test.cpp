@@ -17,6 +17,15 @@ using namespace clarus::runtime;
 
 namespace {
 
+/// A device on which bands begin at multiples of so many rows.
+DeviceProfile with_granule(int granule) {
+    DeviceProfile profile;
+    profile.device_class = granule == 8 ? DeviceClass::gpu : DeviceClass::cpu;
+    profile.float_vector_width = 16;
+    REQUIRE(band_granule(profile) == granule);
+    return profile;
+}
+
 Value layer(Graph& graph, Value image, int out) {
     return graph.convolution(image, zero_parameters(out, graph.shape(image).channels), Activation::relu, "layer");
 }
@@ -121,7 +130,7 @@ TEST_SUITE("small") {
                     CAPTURE(height);
                     CAPTURE(rows);
                     LayoutPlan plan = lay_out(build({6, height}), Storage::f32);
-                    const std::vector<BandedNodes> banded = plan_bands(plan, rows, granule);
+                    const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(granule));
                     REQUIRE(banded.size() == 1);
                     Simulation simulation(plan);
                     std::map<Value, int> done;
@@ -140,7 +149,7 @@ TEST_SUITE("small") {
     TEST_CASE("what is kept does not grow with the image's height") {
         const auto bytes = [](int height, int rows) {
             LayoutPlan plan = lay_out(unet({16, height}), Storage::f32);
-            const std::vector<BandedNodes> banded = plan_bands(plan, rows, 4);
+            const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(4));
             // Without colour and the output, which are whole.
             return plan_memory(plan, 128, banded).bytes - 16u * height * sizeof(float) * (4 + 4 * 4);
         };
@@ -148,10 +157,13 @@ TEST_SUITE("small") {
         CHECK(4 * bytes(1000, 16) < bytes(1000, 4000));
     }
 
-    TEST_CASE("small images stay whole") {
+    TEST_CASE("small images stay whole, unless the device is small, too") {
         LayoutPlan plan = lay_out(unet({16, 100}), Storage::f32);
-        CHECK(plan_bands(plan, 0, 4).empty());
+        DeviceProfile profile = with_granule(4);
+        CHECK(plan_bands(plan, 0, profile).empty());
         for (const TensorLayout& layout : plan.layouts) CHECK(layout.ring == 0);
+        profile.max_allocation = size_t(1) << 18;
+        CHECK(plan_bands(plan, 0, profile).size() == 1);
     }
 }
 

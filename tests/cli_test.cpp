@@ -615,11 +615,15 @@ TEST_CASE("compare warns of results that it has no reference for") {
     CHECK(run_tool(part).err == "");  // asked for
 }
 
-TEST_CASE("sheet draws labelled columns with enlarged crops") {
+TEST_CASE("compare draws a sheet of labelled columns with enlarged crops") {
     const Workplace place;
     const std::string reference = (place.sequence() / "reference").string(), picture = (place / "sheet.png").string();
-    const Outcome outcome = run_tool({"sheet", "--column", "one=" + reference, "--column", "two=" + reference,
-                                      "--frame", "0002", "--crop", "8,8,12,8", "-o", picture});
+    const std::vector<std::string> command{"compare", reference + "/", place.sequence().string(), "--sheet", picture};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), command.begin(), command.end());
+        return run_tool(more);
+    };
+    const Outcome outcome = with({"--sheet-frame", "0002", "--crop", "8,8,12,8"});
     REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
     const io::Pixels sheet = io::read_image(picture);
     CHECK(sheet.size.width == 2 * output_size.width + 4);
@@ -630,7 +634,12 @@ TEST_CASE("sheet draws labelled columns with enlarged crops") {
         CHECK(sheet.at(output_size.width + 4 + 47, sheet.size.height - 1, channel) ==
               doctest::Approx(image.at(19, 15, channel)).epsilon(0.01));
     }
-    CHECK(run_tool({"sheet", "--column", "one=" + reference, "--frame", "0009", "-o", picture}).exit_code == 1);
+    const Outcome missing = with({"--sheet-frame", "0009"});
+    CHECK(missing.exit_code == 1);
+    CHECK_MESSAGE(contains(missing.err, "0009"), missing.err);
+    CHECK(with({"--crop", "40,0,20,8"}).exit_code == 1);
+    CHECK(with({"--crop", "1,2,3"}).exit_code == 2);
+    CHECK(run_tool({"compare", reference, place.sequence().string(), "--crop", "8,8,12,8"}).exit_code == 2);
 }
 
 TEST_CASE("models and model describe what there is") {

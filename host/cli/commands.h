@@ -8,7 +8,6 @@ namespace clarus::cli {
 // clarus::Error.
 void add_upscale_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
-void add_sheet_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_devices_command(CLI::App& app);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/error.h"
 #include "cli/commands.h"
 #include "cli/comparison.h"
+#include "cli/contact_sheet.h"
 #include "cli/quality_text.h"
 
 namespace clarus::cli {
@@ -20,12 +23,38 @@ enum class Form { text, json, csv };
 struct CompareOptions {
     std::vector<std::filesystem::path> results;
     ReferenceOptions reference;
+    ContactSheet sheet;
     Form form = Form::text;
 };
 
+/// The index of the frame that the sheet shows.
+size_t shown_frame(const ContactSheet& sheet, const std::vector<Reference>& references) {
+    const auto shown = std::find_if(references.begin(), references.end(), [&](const Reference& reference) {
+        return sheet.frame.empty() || reference.name == sheet.frame;
+    });
+    if (shown == references.end())
+        fail(ErrorKind::invalid_argument, "--sheet-frame {}: there is no reference of that name; the first is {}",
+             sheet.frame, references.front().name);
+    sheet.check(*shown);
+    return static_cast<size_t>(shown - references.begin());
+}
+
+void draw_sheet(const ContactSheet& sheet, const std::vector<ComparedResult>& results, const Reference& reference,
+                size_t frame) {
+    std::vector<SheetColumn> columns;
+    for (const ComparedResult& result : results)
+        columns.push_back({fmt::format("{}, {:.2f} dB", (result.folder / "").parent_path().filename().string(),
+                                       result.frames[frame].psnr),
+                           result.files[frame]});
+    columns.push_back({"reference", reference.file});
+    sheet.draw(columns, reference);
+}
+
 void print_comparison(const CompareOptions& options) {
     const std::vector<Reference> references = read_references(options.reference);
+    const size_t shown = shown_frame(options.sheet, references);
     const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
+    if (!options.sheet.file.empty()) draw_sheet(options.sheet, results, references[shown], shown);
     std::vector<NamedQuality> rows;
     nlohmann::ordered_json json;
     for (const ComparedResult& result : results) {
@@ -61,6 +90,7 @@ void add_compare_command(CLI::App& app) {
         ->expected(2, -1)
         ->type_name("");
     options->reference.add_to(command);
+    options->sheet.add_to(command);
     CLI::Option& json = *command.add_flag_callback(
         "--json", [options] { options->form = Form::json; },
         "Print JSON, with every frame: an object, or a list of them where there are several results");
@@ -84,6 +114,7 @@ void add_compare_command(CLI::App& app) {
         "  clarus compare upscaled sequence\n"
         "  clarus compare bicubic taau enss sequence          one table, the best in bold\n"
         "  clarus compare bicubic enss sequence --csv > quality.csv\n"
+        "  clarus compare bicubic enss sequence --sheet sheet.png --sheet-frame 0012 --crop 400,200,160,90\n"
         "  clarus compare upscaled sequence/reference --frames :8 --json");
     command.callback([options] { print_comparison(*options); });
 }

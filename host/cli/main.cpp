@@ -44,7 +44,6 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     clarus::cli::add_upscale_command(app);
     clarus::cli::add_compare_command(app);
-    clarus::cli::add_sheet_command(app);
     clarus::cli::add_report_command(app);
     clarus::cli::add_render_command(app);
     clarus::cli::add_devices_command(app);

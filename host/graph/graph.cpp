@@ -319,6 +319,12 @@ double operations_an_element(Filter filter) {
 
 }  // namespace
 
+bool is_view(const Operator& op) {
+    return std::holds_alternative<Slice>(op) || std::holds_alternative<Concat>(op) ||
+           std::holds_alternative<SpaceToDepth>(op) || std::holds_alternative<DepthToSpace>(op) ||
+           std::holds_alternative<ZeroUpsample>(op) || std::holds_alternative<Previous>(op);
+}
+
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {

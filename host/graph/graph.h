@@ -143,6 +143,9 @@ class Graph {
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 
+/// Whether no kernel makes such a node's value: it shows others, or a memory of the frame before.
+bool is_view(const Operator& op);
+
 /// Floating-point operations (multiply and add are two) of a node's plain definition.
 double operations(const Graph& graph, const Node& node);
 

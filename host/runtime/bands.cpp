@@ -15,9 +15,14 @@ using graph::Graph;
 using graph::Node;
 using graph::Value;
 
-// Below this, images stay whole: bands cost launches.
+// Below this, and below a share of what the device gives at once, images stay whole: bands cost launches.
 constexpr size_t kLarge = size_t(384) << 20;
+constexpr size_t kLargeShare = 4;
 constexpr int kRows = 32;
+
+size_t large_on(const DeviceProfile& profile) {
+    return profile.max_allocation == 0 ? kLarge : std::min(kLarge, profile.max_allocation / kLargeShare);
+}
 
 struct Rows {
     int first, end;
@@ -118,9 +123,7 @@ class Planner {
         };
         for (Value value = 0; value < static_cast<Value>(graph_.nodes.size()); ++value) {
             const Node& node = graph_.nodes[value];
-            const bool shows = !launches(node) && !std::holds_alternative<graph::Input>(node.op) &&
-                               !std::holds_alternative<graph::Plane>(node.op);
-            if (shows) continue;
+            if (graph::is_view(node.op)) continue;
             use(value, is_stage(value));
             for (const Value input : node.inputs) use(input, is_stage(value));
         }
@@ -208,7 +211,9 @@ class Planner {
 
 }  // namespace
 
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule) {
+int band_granule(const DeviceProfile& profile) { return wants_many_work_items(profile) ? 8 : 4; }
+
+std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile) {
     std::vector<BandedNodes> result;
     const Value end = static_cast<Value>(plan.graph.nodes.size());
     const auto is_part = [&](Value value) { return !launches(plan.graph.nodes[value]) || works_in_bands(plan, value); };
@@ -216,8 +221,9 @@ std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule) {
         if (!launches(plan.graph.nodes[first]) || !works_in_bands(plan, first)) continue;
         Value last = first;
         while (last + 1 < end && is_part(last + 1)) ++last;
-        Planner planner(plan, first, last, granule);
-        if (rows > 0 || planner.inner_bytes() > kLarge) result.push_back(planner.run(rows > 0 ? rows : kRows));
+        Planner planner(plan, first, last, band_granule(profile));
+        if (rows > 0 || planner.inner_bytes() > large_on(profile))
+            result.push_back(planner.run(rows > 0 ? rows : kRows));
         first = last;
     }
     return result;

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "clarus/device.h"
 #include "runtime/layout.h"
 
 namespace clarus::runtime {
@@ -20,9 +21,12 @@ struct BandedNodes {
     std::vector<Band> order;
 };
 
-/// Finds nodes whose images would be large and makes them work on bands of `rows` rows of their largest image, rounded
-/// up; for 0, of as many as suit. Bands of every image begin at multiples of `granule` rows, so that work-groups do.
-/// Lays out rings in `plan`.
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, int granule);
+/// Bands of every image begin at multiples of so many rows, so that work-groups do, whose heights divide it. The fewer,
+/// the less is kept of small images.
+int band_granule(const DeviceProfile& profile);
+
+/// Finds nodes whose images would be large on the device and makes them work on bands of `rows` rows of their largest
+/// image, rounded up; for 0, of as many as suit. Lays out rings in `plan`.
+std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile);
 
 }  // namespace clarus::runtime

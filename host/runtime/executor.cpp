@@ -1,6 +1,7 @@
 #include "runtime/executor.h"
 
 #include <CL/cl_half.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
@@ -111,7 +112,11 @@ cl::Buffer Executor::zeroed(size_t bytes) const {
 }
 
 void Executor::allocate() {
-    ocl::checked("allocate " + std::to_string((plan_.memory.bytes >> 20) + 1) + " MiB for intermediates", [&] {
+    // Some drivers give more than they say.
+    const size_t most = context_.profile().max_allocation;
+    const std::string limit =
+        plan_.memory.bytes <= most ? "" : fmt::format(" (it says that it gives {} MiB at once)", most >> 20);
+    ocl::checked(fmt::format("allocate {} MiB for intermediates{}", (plan_.memory.bytes >> 20) + 1, limit), [&] {
         arena_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, plan_.memory.bytes);
         context_.queue().enqueueFillBuffer(arena_, cl_uint(0), 0, plan_.memory.bytes / 4 * 4);
         for (const MemoryPlan::Place& place : plan_.memory.places) {

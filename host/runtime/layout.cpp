@@ -28,10 +28,9 @@ bool is(const Node& node) {
     return std::holds_alternative<Op>(node.op);
 }
 
-/// A value that no kernel makes: it shows a part of another, or memory of the frame before.
+/// A view that has no memory of its own.
 bool shows_another(const Node& node) {
-    return is<graph::Slice>(node) || is<graph::DepthToSpace>(node) || is<graph::ZeroUpsample>(node) ||
-           is<graph::Previous>(node);
+    return graph::is_view(node.op) && !is<graph::Concat>(node) && !is<graph::SpaceToDepth>(node);
 }
 
 bool reads_samples(const Node& node) {

@@ -37,12 +37,6 @@ struct Block {
     }
 };
 
-bool makes_its_value(const graph::Operator& op) {
-    return !std::holds_alternative<graph::Slice>(op) && !std::holds_alternative<graph::DepthToSpace>(op) &&
-           !std::holds_alternative<graph::SpaceToDepth>(op) && !std::holds_alternative<graph::Concat>(op) &&
-           !std::holds_alternative<graph::ZeroUpsample>(op) && !std::holds_alternative<graph::Previous>(op);
-}
-
 bool is_written_first(const graph::Operator& op) {
     return std::holds_alternative<graph::Input>(op) || std::holds_alternative<graph::Plane>(op);
 }
@@ -61,7 +55,7 @@ std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNode
 
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         const graph::Node& node = graph.nodes[value];
-        if (!makes_its_value(node.op)) continue;
+        if (graph::is_view(node.op)) continue;
         touch(value, is_written_first(node.op) ? 0 : moment_of(value));
         for (const Value input : node.inputs) touch(input, moment_of(value));
     }

@@ -59,10 +59,6 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     return stage;
 }
 
-/// Bands begin at multiples of so many rows, so that work-groups do: their heights divide it, or check_granule fails.
-/// The fewer, the less is kept of small images.
-int band_granule(const DeviceProfile& profile) { return wants_many_work_items(profile) ? 8 : 4; }
-
 void check_granule(const PlannedStage& stage, int granule) {
     const KernelCall& call = stage.lowered.call;
     const int group = static_cast<int>(call.local[call.row_axis]) * call.rows_an_item;
@@ -111,8 +107,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
     const graph::Graph fused =
         graph::fuse_pointwise(graph::fuse_convolution_inputs(graph::remove_unused(graph, options.views)));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    const int granule = band_granule(profile);
-    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, granule);
+    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, profile);
     check_sizes(plan->layout);
     plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);
@@ -121,7 +116,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
         PlannedStage stage = plan_stage(plan->layout, value);
         stage.selection = select(stage.problem);
         stage.lowered = stage.selection.lower(stage.problem);
-        if (find_banded(banded, value)) check_granule(stage, granule);
+        if (find_banded(banded, value)) check_granule(stage, band_granule(profile));
         plan->stages.push_back(std::move(stage));
     }
     plan->launches = order_of(plan->stages, banded);

@@ -1,18 +1,11 @@
+#include "cli/contact_sheet.h"
+
 #include <OpenImageIO/imagebufalgo.h>
-#include <fmt/format.h>
 
 #include <array>
 #include <charconv>
-#include <cstdlib>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "base/error.h"
-#include "cli/commands.h"
-#include "cli/image_folder.h"
 #include "io/image.h"
 
 namespace clarus::cli {
@@ -24,26 +17,6 @@ constexpr int gap = 4;
 constexpr const char* font = "DejaVuSans";
 constexpr std::array<float, 3> white{1, 1, 1};
 constexpr std::array<float, 3> frame_color{1, 0.8f, 0};
-
-struct Column {
-    std::string label;
-    std::filesystem::path folder;
-};
-
-struct SheetOptions {
-    std::vector<Column> columns;
-    std::string frame;
-    std::vector<OIIO::ROI> crops;
-    int column_width = 0;
-    std::filesystem::path output;
-};
-
-Column parse_column(const std::string& text) {
-    const size_t equals = text.find('=');
-    if (equals == std::string::npos || equals + 1 == text.size())
-        throw CLI::ValidationError("--column", text + " is not of the form LABEL=DIR");
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
 
 OIIO::ROI parse_crop(const std::string& text) {
     std::array<int, 4> numbers{};
@@ -81,25 +54,20 @@ int scaled_height(const OIIO::ROI& area, int width) {
 }
 
 // From top to bottom: the label, the whole picture with its crops framed, the crops enlarged to the column's width.
-OIIO::ImageBuf draw_column(const Column& column, const SheetOptions& options, Size& size) {
-    const std::filesystem::path file = require_image(images_in(column.folder), options.frame, column.folder);
-    io::Pixels pixels = io::read_image(file);
-    if (pixels.channels < 3) fail(ErrorKind::file, "{} has no colour", file.string());
+OIIO::ImageBuf draw_column(const SheetColumn& column, const Reference& reference, const ContactSheet& options,
+                           Size& size) {
+    io::Pixels pixels = read_display(column.file, reference);
+    if (pixels.channels < 3) fail(ErrorKind::file, "{} has no colour", column.file.string());
     if (size == Size{}) size = pixels.size;
     if (pixels.size != size)
-        fail(ErrorKind::file, "{} is {}x{} pixels, the first column's image {}x{}", file.string(), pixels.size.width,
-             pixels.size.height, size.width, size.height);
+        fail(ErrorKind::file, "{} is {}x{} pixels, the first column's image {}x{}", column.file.string(),
+             pixels.size.width, pixels.size.height, size.width, size.height);
 
     const OIIO::ImageBuf picture = wrap(pixels);
     const OIIO::ROI whole(0, size.width, 0, size.height);
     const int width = options.column_width > 0 ? options.column_width : size.width;
     int height = label_height + scaled_height(whole, width);
-    for (const OIIO::ROI& crop : options.crops) {
-        if (crop.xend > size.width || crop.yend > size.height)
-            fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.xbegin,
-                 crop.ybegin, crop.width(), crop.height(), size.width, size.height);
-        height += gap + scaled_height(crop, width);
-    }
+    for (const OIIO::ROI& crop : options.crops) height += gap + scaled_height(crop, width);
 
     OIIO::ImageBuf sheet(OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT));
     require(OIIO::ImageBufAlgo::zero(sheet), sheet);
@@ -126,57 +94,54 @@ OIIO::ImageBuf draw_column(const Column& column, const SheetOptions& options, Si
     return sheet;
 }
 
-void draw_sheet(const SheetOptions& options) {
-    Size size;
-    std::vector<OIIO::ImageBuf> columns;
-    for (const Column& column : options.columns) columns.push_back(draw_column(column, options, size));
+}  // namespace
 
-    const int width = columns.front().spec().width, height = columns.front().spec().height;
-    const int count = static_cast<int>(columns.size());
+void ContactSheet::add_to(CLI::App& command) {
+    CLI::Option& sheet =
+        *command.add_option("--sheet", file, "Also a picture of one frame, the results and the reference side by side")
+             ->type_name("FILE");
+    command.add_option("--sheet-frame", frame, "Its name, such as 0012; the first unless told")->needs(&sheet);
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--crop",
+            [this](const std::vector<std::string>& texts) {
+                for (const std::string& text : texts) crops.push_back(parse_crop(text));
+            },
+            "A part of the sheet's pictures, enlarged to their width. May be repeated")
+        ->type_name("X,Y,W,H")
+        ->allow_extra_args(false)
+        ->needs(&sheet);
+    command
+        .add_option("--column-width", column_width, "Of the sheet's pictures, in pixels; the images' width unless told")
+        ->check(CLI::Range(16, 16384))
+        ->needs(&sheet);
+}
+
+void ContactSheet::check(const Reference& reference) const {
+    if (crops.empty()) return;
+    const Size size = io::read_image(reference.file).size;
+    for (const OIIO::ROI& crop : crops)
+        if (crop.xend > size.width || crop.yend > size.height)
+            fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.xbegin,
+                 crop.ybegin, crop.width(), crop.height(), size.width, size.height);
+}
+
+void ContactSheet::draw(std::span<const SheetColumn> columns, const Reference& reference) const {
+    Size size;
+    std::vector<OIIO::ImageBuf> drawn;
+    for (const SheetColumn& column : columns) drawn.push_back(draw_column(column, reference, *this, size));
+
+    const int width = drawn.front().spec().width, height = drawn.front().spec().height;
+    const int count = static_cast<int>(drawn.size());
     OIIO::ImageBuf sheet(OIIO::ImageSpec(count * (width + gap) - gap, height, 3, OIIO::TypeDesc::FLOAT));
     require(OIIO::ImageBufAlgo::zero(sheet), sheet);
     for (int i = 0; i < count; ++i)
-        require(OIIO::ImageBufAlgo::paste(sheet, i * (width + gap), 0, 0, 0, columns[i]), sheet);
+        require(OIIO::ImageBufAlgo::paste(sheet, i * (width + gap), 0, 0, 0, drawn[i]), sheet);
 
     io::Pixels pixels{{sheet.spec().width, sheet.spec().height}, 3, {}};
     pixels.values.resize(sheet.spec().image_pixels() * 3);
     require(sheet.get_pixels(sheet.roi(), OIIO::TypeDesc::FLOAT, pixels.values.data()), sheet);
-    io::write_image(options.output, pixels, io::SampleType::u8);
-}
-
-}  // namespace
-
-void add_sheet_command(CLI::App& app) {
-    CLI::App& command = *app.add_subcommand("sheet", "One frame of several results side by side, with enlarged crops");
-    const auto options = std::make_shared<SheetOptions>();
-    command
-        .add_option_function<std::vector<std::string>>(
-            "--column",
-            [options](const std::vector<std::string>& texts) {
-                for (const std::string& text : texts) options->columns.push_back(parse_column(text));
-            },
-            "A column's label and its folder of images. May be repeated")
-        ->type_name("LABEL=DIR")
-        ->allow_extra_args(false)
-        ->required();
-    command.add_option("--frame", options->frame, "The frame's name, such as 0012")->required();
-    command
-        .add_option_function<std::vector<std::string>>(
-            "--crop",
-            [options](const std::vector<std::string>& texts) {
-                for (const std::string& text : texts) options->crops.push_back(parse_crop(text));
-            },
-            "A part of the picture, enlarged to the column's width. May be repeated")
-        ->type_name("X,Y,W,H")
-        ->allow_extra_args(false);
-    command.add_option("--column-width", options->column_width, "In pixels; the images' width unless told")
-        ->check(CLI::Range(16, 16384));
-    command.add_option("-o,--output", options->output, "The picture's file, PNG")->required()->type_name("FILE");
-    command.footer(
-        "Example:\n"
-        "  clarus sheet --column bicubic=out/bicubic --column ENSS-S=out/enss-s --column reference=sequence/reference\n"
-        "               --frame 0012 --crop 400,200,160,90 -o sheet.png");
-    command.callback([options] { draw_sheet(*options); });
+    io::write_image(file, pixels, io::SampleType::u8);
 }
 
 }  // namespace clarus::cli

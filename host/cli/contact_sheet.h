@@ -1,0 +1,37 @@
+#pragma once
+
+#include <OpenImageIO/imageio.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cli/comparison.h"
+
+namespace clarus::cli {
+
+struct SheetColumn {
+    std::string label;
+    std::filesystem::path file;
+};
+
+/// One frame's images side by side, each with a label above and enlarged parts below.
+struct ContactSheet {
+    std::filesystem::path file;  // empty where none is wanted
+    std::string frame;
+    std::vector<OIIO::ROI> crops;
+    int column_width = 0;  // the images' where it is 0
+
+    void add_to(CLI::App& command);
+
+    /// Errors: invalid_argument where a crop reaches beyond the reference.
+    void check(const Reference& reference) const;
+
+    /// Writes the file. The images are shown as the reference, their frame's, is compared. Errors: file, naming an
+    /// image that is missing or differs in size.
+    void draw(std::span<const SheetColumn> columns, const Reference& reference) const;
+};
+
+}  // namespace clarus::cli
