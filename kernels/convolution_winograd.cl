@@ -10,11 +10,11 @@
 
 #include "convolution_input.clh"
 
-// A part's channels: WHOLE blocks of sixteen, one to a vector, then the REST, of 16 / REST_LANES tiles to a vector.
-#define WHOLE(channels) ((channels) / 16)
+// A part's channels: BLOCKS of sixteen, one to a vector, then the REST, of 16 / REST_LANES tiles to a vector.
+#define BLOCKS(channels) ((channels) / 16)
 #define REST(channels) ((channels) % 16)
 #define REST_LANES(channels) (REST(channels) > 8 ? 16 : REST(channels) > 4 ? 8 : 4)
-#define PLUS_LANES(P) +16 * WHOLE(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
+#define PLUS_LANES(P) +16 * BLOCKS(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
 #define LANES (0 EACH_PART(PLUS_LANES))
 
 // Output channels: OUT_BLOCKS of sixteen, the last perhaps part-filled. One to four left over make a quad, for which a
@@ -22,7 +22,7 @@
 #define OUT_QUAD (COUT % 16 > 0 && COUT % 16 <= 4)
 #define OUT_BLOCKS (COUT / 16 + (COUT % 16 > 4))
 #define BIAS_FLOATS ((COUT + 15) / 16 * 16)
-#define QUAD_VECTORS(channels) (4 * WHOLE(channels) + REST(channels))
+#define QUAD_VECTORS(channels) (4 * BLOCKS(channels) + REST(channels))
 #define PLUS_QUAD_VECTORS(P) +QUAD_VECTORS(PART##P##_CHANNELS)
 #define QUAD_FLOATS (16 * (0 EACH_PART(PLUS_QUAD_VECTORS)))
 #define PASSES ((OUT_BLOCKS + GROUP - 1) / GROUP + OUT_QUAD)
@@ -144,15 +144,15 @@ INLINE void transform_strip(INPUT_PARAMETERS int part, int x, int y, int channel
 }
 
 INLINE void transform_part(INPUT_PARAMETERS int part, int channels, int x, int y, int tiles, local float* patches) {
-    for (int block = 0; block < WHOLE(channels); ++block, patches += 16 * TILES)
+    for (int block = 0; block < BLOCKS(channels); ++block, patches += 16 * TILES)
         transform_strip(INPUT part, x, y, 16 * block, 16, tiles, patches);
-    if (REST(channels)) transform_strip(INPUT part, x, y, 16 * WHOLE(channels), REST_LANES(channels), tiles, patches);
+    if (REST(channels)) transform_strip(INPUT part, x, y, 16 * BLOCKS(channels), REST_LANES(channels), tiles, patches);
 }
 
 // Adds a part's share to one point's product for `blocks` blocks of sixteen output channels, all its sums in registers.
 INLINE void add_part(local const float* patch, global const float* weights, int channels, float16 sum[GROUP][TILES],
                      int blocks) {
-    for (int block = 0; block < WHOLE(channels); ++block, patch += 16 * TILES) {
+    for (int block = 0; block < BLOCKS(channels); ++block, patch += 16 * TILES) {
         for (int c = 0; c < 16; ++c, weights += 16 * blocks)
 #pragma unroll
             for (int t = 0; t < TILES; ++t)
@@ -187,7 +187,7 @@ INLINE void multiply(local const float* patch, global const float* weights, loca
 // summing, four tiles × four output channels in the product.
 INLINE global const float* add_part_to_quad(local const float* patch, global const float* weights, int channels,
                                             float16 sum[TILES]) {
-    for (int block = 0; block < WHOLE(channels); ++block, patch += 16 * TILES, weights += 64) {
+    for (int block = 0; block < BLOCKS(channels); ++block, patch += 16 * TILES, weights += 64) {
 #pragma unroll
         for (int t = 0; t < TILES; ++t) {
             const float16 v = vload16(t, patch);
@@ -268,7 +268,8 @@ INLINE void finish_quads(local const float* product, global const float* bias, g
 // rows of the strip below and some of the pixels that this pass will write.
 INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int pass, int k, int block, int blocks) {
     const int shares = 9 * PASSES, share = 36 * pass + k;
-    // Of an image that is pooled, twice as many rows of twice as many pixels; of others at least as much as they have.
+    // Of an image that is pooled, twice as many rows of twice as many pixels. Upsampled ones and samples are small
+    // enough to be in a cache.
 #define PREFETCH_BELOW(P)                                                                              \
     {                                                                                                  \
         const int pool = READING(P) == READING_POOLED ? 2 : 1;                                         \
@@ -367,11 +368,11 @@ kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const flo
         step = QUAD_FLOATS;
         position += 36 * 16 * CIN * OUT_BLOCKS;
         int vectors = 0, whole = 0, c = 0;  // those of the parts before this channel's, its part's blocks, its place
-#define FIND_PART(P)                                                 \
-    if (ci >= PART##P##_FIRST + PART##P##_CHANNELS) {                \
-        vectors += QUAD_VECTORS(PART##P##_CHANNELS);                 \
-    } else if (ci >= PART##P##_FIRST) {                              \
-        whole = WHOLE(PART##P##_CHANNELS), c = ci - PART##P##_FIRST; \
+#define FIND_PART(P)                                                  \
+    if (ci >= PART##P##_FIRST + PART##P##_CHANNELS) {                 \
+        vectors += QUAD_VECTORS(PART##P##_CHANNELS);                  \
+    } else if (ci >= PART##P##_FIRST) {                               \
+        whole = BLOCKS(PART##P##_CHANNELS), c = ci - PART##P##_FIRST; \
     }
         EACH_PART(FIND_PART)
         if (c >= 16 * whole)

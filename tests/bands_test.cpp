@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "graph/passes.h"
 #include "runtime/memory_plan.h"
 #include "zero_parameters.h"
 
@@ -46,6 +47,9 @@ Graph unet(Size render) {
     return graph;
 }
 
+/// As plans are made of it.
+Graph fused_unet(Size render) { return fuse_convolution_inputs(unet(render)); }
+
 /// Upsampled with the jitter, then a stride.
 Graph strided(Size render) {
     Graph graph;
@@ -61,11 +65,18 @@ Graph strided(Size render) {
 }
 
 /// Rows of an input that a node reads for one row of its result.
-std::pair<int, int> rows_read(const Graph& graph, const Node& node, int row, int height) {
+std::pair<int, int> rows_read(const Graph& graph, const Node& node, size_t position, int row) {
+    const int height = graph.shape(node.inputs[position]).height;
     std::pair<int, int> rows{row, row};
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
         const Parameters& layer = graph.parameters[convolution->parameters];
         rows = {layer.stride * row - layer.kernel / 2, layer.stride * row + layer.kernel / 2};
+        if (!convolution->readings.empty()) {
+            const auto [first, last] =
+                std::pair(std::max(rows.first, 0), std::min(rows.second, convolution->height - 1));
+            if (convolution->readings[position] == Reading::pooled) rows = {2 * first, 2 * last + 1};
+            if (convolution->readings[position] == Reading::upsampled) rows = {(first + 1) / 2 - 1, (last + 1) / 2};
+        }
     }
     if (std::holds_alternative<MaxPool>(node.op)) rows = {2 * row, 2 * row + 1};
     if (const auto* upsample = std::get_if<Upsample>(&node.op)) {
@@ -83,9 +94,9 @@ class Simulation {
     void run(const Band& band) {
         const Node& node = plan_.graph.nodes[band.value];
         for (int row = band.first; row < band.end; ++row) {
-            for (const Value input : node.inputs) {
-                const auto [first, last] = rows_read(plan_.graph, node, row, plan_.graph.shape(input).height);
-                for (int each = first; each <= last; ++each) check(input, each);
+            for (size_t position = 0; position < node.inputs.size(); ++position) {
+                const auto [first, last] = rows_read(plan_.graph, node, position, row);
+                for (int each = first; each <= last; ++each) check(node.inputs[position], each);
             }
         }
         for (int row = band.first; row < band.end; ++row) {
@@ -124,7 +135,7 @@ class Simulation {
 
 TEST_SUITE("small") {
     TEST_CASE("in bands every row is made before it is read, and kept until then") {
-        for (const auto build : {unet, strided}) {
+        for (const auto build : {unet, fused_unet, strided}) {
             for (const int height : {1, 7, 50, 101}) {
                 for (const auto& [rows, granule] : {std::pair{4, 4}, {8, 4}, {20, 4}, {8, 8}, {64, 8}}) {
                     CAPTURE(height);

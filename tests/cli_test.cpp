@@ -634,10 +634,15 @@ TEST_CASE("compare draws a sheet of labelled columns with enlarged crops") {
         CHECK(sheet.at(output_size.width + 4 + 47, sheet.size.height - 1, channel) ==
               doctest::Approx(image.at(19, 15, channel)).epsilon(0.01));
     }
+    REQUIRE(with({"--sheet-columns", "1"}).exit_code == 0);
+    CHECK(io::read_image(picture).size.width == output_size.width);
     const Outcome missing = with({"--sheet-frame", "0009"});
     CHECK(missing.exit_code == 1);
     CHECK_MESSAGE(contains(missing.err, "0009"), missing.err);
     CHECK(with({"--crop", "40,0,20,8"}).exit_code == 1);
+    CHECK(with({"--crop", "2147483647,0,1,1"}).exit_code == 2);
+    CHECK(with({"--crop", "0,0,1,24", "--column-width", "16384"}).exit_code == 1);
+    CHECK(with({"--crop", "0,0,40,1", "--column-width", "16"}).exit_code == 0);
     CHECK(with({"--crop", "1,2,3"}).exit_code == 2);
     CHECK(run_tool({"compare", reference, place.sequence().string(), "--crop", "8,8,12,8"}).exit_code == 2);
 }

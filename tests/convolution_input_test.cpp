@@ -191,5 +191,6 @@ TEST_SUITE("small") {
         check_input({{1, 1}, {{Kind::weighted, 4}, {Kind::pooled, 3}}, 5});
         check_input({{8, 5}, {{Kind::weighted, 4}, {Kind::samples, 3}}, 16, Storage::f32, 3, {2, 2}, 3, {2, 2}});
         check_input({{10, 6}, {{Kind::upsampled, 16}, {Kind::whole, 2}}, 4});
+        check_input({{10, 6}, {{Kind::samples, 13}}, 4, Storage::f32, 2, {0, 0}, 3, {1, 0}});
     }
 }

@@ -161,5 +161,38 @@ TEST_SUITE("small") {
             CHECK(readings == 0);
             CHECK(fused.views.contains("pool"));
         }
+        SUBCASE("nor where weights or storage are others") {
+            Parameters weighted = parameters(4, 4);
+            Value image = large;
+            SUBCASE("weights of the frame's jitter") { weighted.conditioned = true; }
+            SUBCASE("groups") {
+                weighted.groups = 2;
+                weighted.weights.resize(weighted.weights_per_set());
+            }
+            SUBCASE("a stride") { weighted.stride = 2; }
+            SUBCASE("a value of the frame before") {
+                image = graph.previous(graph.shape(large), "before");
+                graph.carry(image, large);
+            }
+            SUBCASE("depth, which is not stored as images are") {
+                image = graph.input(Resource::depth, {16, 12});
+                weighted = parameters(4, 1);
+            }
+            SUBCASE("zeros that are not stored") { image = graph.zero_upsample(features, 2); }
+            graph.output = graph.convolution(graph.max_pool(image, "pool"), weighted, Activation::relu, "layer");
+            const Graph fused = fuse_convolution_inputs(graph);
+            CHECK(std::get<Convolution>(fused.nodes[fused.output].op).readings.empty());
+        }
+        SUBCASE("nor two zero-upsampled images, nor more images than they count") {
+            std::vector<Value> images;
+            SUBCASE("two") { images.assign(2, graph.zero_upsample(features, 2)); }
+            SUBCASE("nine") {
+                images.assign(8, large);
+                images.push_back(graph.product(large, weights, "weighting"));
+            }
+            graph.output = layer(graph.concat(images), 3, "layer");
+            const Graph fused = fuse_convolution_inputs(graph);
+            CHECK(std::get<Convolution>(fused.nodes[fused.output].op).readings.empty());
+        }
     }
 }

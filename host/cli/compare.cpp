@@ -39,13 +39,17 @@ size_t shown_frame(const ContactSheet& sheet, const std::vector<Reference>& refe
     return static_cast<size_t>(shown - references.begin());
 }
 
+/// A folder's own name, however it was given.
+std::string name_of(const std::filesystem::path& folder) {
+    return (std::filesystem::absolute(folder).lexically_normal() / "").parent_path().filename().string();
+}
+
 void draw_sheet(const ContactSheet& sheet, const std::vector<ComparedResult>& results, const Reference& reference,
                 size_t frame) {
     std::vector<SheetColumn> columns;
     for (const ComparedResult& result : results)
-        columns.push_back({fmt::format("{}, {:.2f} dB", (result.folder / "").parent_path().filename().string(),
-                                       result.frames[frame].psnr),
-                           result.files[frame]});
+        columns.push_back(
+            {fmt::format("{}, {:.2f} dB", name_of(result.folder), result.frames[frame].psnr), result.files[frame]});
     columns.push_back({"reference", reference.file});
     sheet.draw(columns, reference);
 }
@@ -54,7 +58,6 @@ void print_comparison(const CompareOptions& options) {
     const std::vector<Reference> references = read_references(options.reference);
     const size_t shown = shown_frame(options.sheet, references);
     const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
-    if (!options.sheet.file.empty()) draw_sheet(options.sheet, results, references[shown], shown);
     std::vector<NamedQuality> rows;
     nlohmann::ordered_json json;
     for (const ComparedResult& result : results) {
@@ -69,6 +72,7 @@ void print_comparison(const CompareOptions& options) {
         fmt::print("{} over {} frames\n", to_text(rows[0].quality), references.size());
     else
         fmt::print("{}", quality_table(rows, isatty(STDOUT_FILENO)));
+    if (!options.sheet.file.empty()) draw_sheet(options.sheet, results, references[shown], shown);
 }
 
 }  // namespace

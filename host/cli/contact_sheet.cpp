@@ -2,10 +2,13 @@
 
 #include <OpenImageIO/imagebufalgo.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdint>
 
 #include "base/error.h"
+#include "base/rounding.h"
 #include "io/image.h"
 
 namespace clarus::cli {
@@ -14,6 +17,7 @@ namespace {
 constexpr int label_height = 36;
 constexpr int font_size = 20;
 constexpr int gap = 4;
+constexpr int largest_side = 1 << 16;  // of a sheet or an image
 constexpr const char* font = "DejaVuSans";
 constexpr std::array<float, 3> white{1, 1, 1};
 constexpr std::array<float, 3> frame_color{1, 0.8f, 0};
@@ -25,7 +29,8 @@ OIIO::ROI parse_crop(const std::string& text) {
     for (size_t i = 0; i < numbers.size(); ++i) {
         const auto [next, error] = std::from_chars(position, end, numbers[i]);
         const bool separated = i + 1 < numbers.size() ? next != end && *next == ',' : next == end;
-        if (error != std::errc{} || !separated || numbers[i] < (i < 2 ? 0 : 1))
+        const int least = i < 2 ? 0 : 1;
+        if (error != std::errc{} || !separated || numbers[i] < least || numbers[i] > largest_side)
             throw CLI::ValidationError("--crop", text + " is not of the form X,Y,W,H");
         position = next + 1;
     }
@@ -50,7 +55,8 @@ OIIO::ImageBuf resized(const OIIO::ImageBuf& image, int width, int height, const
 }
 
 int scaled_height(const OIIO::ROI& area, int width) {
-    return (area.height() * width + area.width() / 2) / area.width();
+    const int64_t height = (int64_t{area.height()} * width + area.width() / 2) / area.width();
+    return static_cast<int>(std::clamp<int64_t>(height, 1, largest_side));
 }
 
 // From top to bottom: the label, the whole picture with its crops framed, the crops enlarged to the column's width.
@@ -111,6 +117,9 @@ void ContactSheet::add_to(CLI::App& command) {
         ->type_name("X,Y,W,H")
         ->allow_extra_args(false)
         ->needs(&sheet);
+    command.add_option("--sheet-columns", columns, "Pictures in a row of the sheet; all of them unless told")
+        ->check(CLI::PositiveNumber)
+        ->needs(&sheet);
     command
         .add_option("--column-width", column_width, "Of the sheet's pictures, in pixels; the images' width unless told")
         ->check(CLI::Range(16, 16384))
@@ -118,25 +127,35 @@ void ContactSheet::add_to(CLI::App& command) {
 }
 
 void ContactSheet::check(const Reference& reference) const {
-    if (crops.empty()) return;
+    if (file.empty()) return;
     const Size size = io::read_image(reference.file).size;
-    for (const OIIO::ROI& crop : crops)
+    const int width = column_width > 0 ? column_width : size.width;
+    int64_t height = scaled_height({0, size.width, 0, size.height}, width);
+    for (const OIIO::ROI& crop : crops) {
         if (crop.xend > size.width || crop.yend > size.height)
             fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.xbegin,
                  crop.ybegin, crop.width(), crop.height(), size.width, size.height);
+        height += gap + scaled_height(crop, width);
+    }
+    if (height > largest_side)
+        fail(ErrorKind::invalid_argument, "--sheet: {} pixels high are too many; take wider crops or --column-width",
+             height);
 }
 
-void ContactSheet::draw(std::span<const SheetColumn> columns, const Reference& reference) const {
+void ContactSheet::draw(std::span<const SheetColumn> images, const Reference& reference) const {
     Size size;
     std::vector<OIIO::ImageBuf> drawn;
-    for (const SheetColumn& column : columns) drawn.push_back(draw_column(column, reference, *this, size));
+    for (const SheetColumn& image : images) drawn.push_back(draw_column(image, reference, *this, size));
 
     const int width = drawn.front().spec().width, height = drawn.front().spec().height;
-    const int count = static_cast<int>(drawn.size());
-    OIIO::ImageBuf sheet(OIIO::ImageSpec(count * (width + gap) - gap, height, 3, OIIO::TypeDesc::FLOAT));
+    const int count = static_cast<int>(drawn.size()), in_row = columns > 0 ? std::min(columns, count) : count;
+    OIIO::ImageBuf sheet(OIIO::ImageSpec(in_row * (width + gap) - gap,
+                                         ceil_divide(count, in_row) * (height + gap) - gap, 3, OIIO::TypeDesc::FLOAT));
     require(OIIO::ImageBufAlgo::zero(sheet), sheet);
     for (int i = 0; i < count; ++i)
-        require(OIIO::ImageBufAlgo::paste(sheet, i * (width + gap), 0, 0, 0, drawn[i]), sheet);
+        require(
+            OIIO::ImageBufAlgo::paste(sheet, i % in_row * (width + gap), i / in_row * (height + gap), 0, 0, drawn[i]),
+            sheet);
 
     io::Pixels pixels{{sheet.spec().width, sheet.spec().height}, 3, {}};
     pixels.values.resize(sheet.spec().image_pixels() * 3);

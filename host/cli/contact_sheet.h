@@ -17,12 +17,13 @@ struct SheetColumn {
     std::filesystem::path file;
 };
 
-/// One frame's images side by side, each with a label above and enlarged parts below.
+/// One frame's images side by side, in as many rows as it takes, each with a label above and enlarged parts below.
 struct ContactSheet {
     std::filesystem::path file;  // empty where none is wanted
     std::string frame;
     std::vector<OIIO::ROI> crops;
     int column_width = 0;  // the images' where it is 0
+    int columns = 0;       // in a row; all of them where it is 0
 
     void add_to(CLI::App& command);
 
@@ -31,7 +32,7 @@ struct ContactSheet {
 
     /// Writes the file. The images are shown as the reference, their frame's, is compared. Errors: file, naming an
     /// image that is missing or differs in size.
-    void draw(std::span<const SheetColumn> columns, const Reference& reference) const;
+    void draw(std::span<const SheetColumn> images, const Reference& reference) const;
 };
 
 }  // namespace clarus::cli

@@ -60,14 +60,14 @@ class Inputs {
         const Node& node = graph_.nodes[value];
         if (!uses_.only_one(value)) return {value};
         const auto* upsample = std::get_if<Upsample>(&node.op);
-        if (upsample && upsample->scale == 2 && upsample->shift == Shift::none && !shows_samples(node.inputs[0]))
+        if (upsample && upsample->scale == 2 && upsample->shift == Shift::none && is_stored_image(node.inputs[0]))
             return {node.inputs[0], Reading::upsampled};
-        if (is<MaxPool>(node) && !shows_samples(node.inputs[0])) return {node.inputs[0], Reading::pooled};
+        if (is<MaxPool>(node) && is_stored_image(node.inputs[0])) return {node.inputs[0], Reading::pooled};
         if (const auto* program = std::get_if<Pointwise>(&node.op)) {
             if (program->steps.empty() && node.inputs.size() == 1) {
                 // Its image, made larger.
                 const Part inner = part(node.inputs[0]);
-                return inner.reading == Reading::whole ? inner : Part{value};
+                return inner.reading == Reading::whole && is_image(inner.image) ? inner : Part{value};
             }
             if (const auto weighted = product(node, *program)) return *weighted;
         }
@@ -80,11 +80,12 @@ class Inputs {
         if (!only_product) return {};
         auto [image, factor] = std::pair(node.inputs[0], node.inputs[1]);
         if (graph_.shape(factor).channels != 1) std::swap(image, factor);
-        const bool possible =
-            graph_.shape(factor).channels == 1 && !shows_samples(image) && !shows_samples(factor) && is_image(factor);
-        if (!possible) return {};
+        if (graph_.shape(factor).channels != 1 || !is_stored_image(image) || !is_stored_image(factor)) return {};
         return Part{image, Reading::whole, factor};
     }
+
+    /// An image that is not zero-upsampled.
+    bool is_stored_image(Value value) const { return is_image(value) && !shows_samples(value); }
 
     /// Stored as all images are, unlike motion vectors and depth; and of this frame.
     bool is_image(Value value) const {
@@ -104,11 +105,9 @@ class Inputs {
 
     bool is_readable(const std::vector<Part>& parts) const {
         const auto samples = [&](const Part& part) { return shows_samples(part.image); };
-        const auto count = static_cast<size_t>(std::count_if(parts.begin(), parts.end(), samples));
-        const size_t dense = parts.size() - count;
-        for (size_t i = 0; i < dense; ++i)
-            if (i + 1 < dense && graph_.shape(parts[i].image).channels % kQuad != 0) return false;
-        return count <= 1 && parts.size() <= kMostParts &&
+        const auto in_quads = [&](const Part& part) { return graph_.shape(part.image).channels % kQuad == 0; };
+        return parts.size() <= kMostParts && std::count_if(parts.begin(), parts.end(), samples) <= 1 &&
+               std::all_of(parts.begin(), parts.end() - 1, in_quads) &&
                std::all_of(parts.begin(), parts.end(), [&](const Part& part) { return is_image(part.image); });
     }
 

@@ -47,7 +47,7 @@ std::string key_of(const Problem& problem, const std::vector<Selection>& candida
     for (const TensorLayout& input : problem.inputs)
         key += fmt::format(" {} f{}", layout_options("IN", input), 8 * bytes_of(input.storage));
     key += fmt::format(" {} f{}", layout_options("OUT", problem.output), 8 * bytes_of(problem.output.storage));
-    const KernelCall obvious = candidates.back().lower(problem).call;  // says all that there is to say of the problem
+    const KernelCall obvious = candidates.back().lower(problem).call;  // is told all that layouts do not say
     std::string described = obvious.options + obvious.source + '\n';
     for (const Selection& candidate : candidates) described += candidate.describe() + '\n';
     return key + fmt::format(" of {:016x}", XXH3_64bits(described.data(), described.size()));
