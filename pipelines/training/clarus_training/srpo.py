@@ -39,8 +39,7 @@ class Srpo(nn.Module):
         raw = self.offsets(frame.color)
         offsets = rounded(raw)
         projected = project(frame.color, offsets, self.scale)
-        mask = blur((offsets != 0).any(dim=1, keepdim=True).to(raw.dtype)).clamp(0, 1)
-        output = operators.mix(lanczos_upsample(frame.color, self.scale), projected, mask)
+        output, mask = fused(frame.color, offsets, projected, self.scale)
         if inside is not None:
             inside.update(raw=raw, offsets=offsets, projected=projected, mask=mask)
         return output, None
@@ -57,6 +56,14 @@ def project(color, offsets, scale):
     x = torch.arange(width, device=offsets.device) // scale
     y = torch.arange(height, device=offsets.device)[:, None] // scale
     return operators.bilinear(color, x + offsets[:, 0], y + offsets[:, 1])
+
+
+def fused(color, offsets, projected, scale):
+    """The moved colour where something is moved, the interpolated one elsewhere; and the mask."""
+    mask = blur((offsets != 0).any(dim=1, keepdim=True).to(color.dtype)).clamp(0, 1)
+    images = lanczos_upsample(color, scale), projected, mask
+    interpolated, moved, mask = (image.to(color.dtype) for image in images)  # convolutions may be in bfloat16
+    return operators.mix(interpolated, moved, mask), mask
 
 
 def lanczos_upsample(image, scale):
@@ -95,11 +102,16 @@ def parameter_groups(network, arguments):
 def loss(network, frames, reference, criterion=None, progress=1.0):
     """The paper's: 1 − SSIM of the colour moved by the offsets, bilinearly between pixels, which is what teaches them.
 
-    In the last quarter of the training the loss is that of the rounded offsets, its gradient still the bilinear one.
+    In the last quarter of the training the loss is that of the output, in which offsets are rounded, and half of that of
+    the moved colour; gradients are still the bilinear ones.
     """
     (frame,) = frames
+    criterion = criterion or losses.ssim
     raw = network.offsets(frame.color)
     projected = project(frame.color, raw, network.scale)
-    if progress > ROUNDED:
-        projected = projected + (project(frame.color, rounded(raw), network.scale) - projected).detach()
-    return (criterion or losses.ssim)(projected, reference[0])
+    if progress <= ROUNDED:
+        return criterion(projected, reference[0])
+    offsets = rounded(raw)
+    projected = projected + (project(frame.color, offsets, network.scale) - projected).detach()
+    output, _ = fused(frame.color, offsets, projected, network.scale)
+    return criterion(output, reference[0]) + criterion(projected, reference[0]) / 2
