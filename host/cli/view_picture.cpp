@@ -65,7 +65,7 @@ std::vector<Color> colors(const Upscaler::View& view) {
 }
 
 /// The channels beside and below each other in one channel of that size, by nearest.
-Upscaler::View contact_sheet(const Upscaler::View& view, Size size) {
+Upscaler::View side_by_side(const Upscaler::View& view, Size size) {
     const int columns = static_cast<int>(std::ceil(std::sqrt(view.channels)));
     const int rows = (view.channels + columns - 1) / columns;
     Upscaler::View sheet{size, 1, std::vector<float>(static_cast<size_t>(size.width) * size.height)};
@@ -87,7 +87,7 @@ Upscaler::View contact_sheet(const Upscaler::View& view, Size size) {
 }  // namespace
 
 io::Pixels view_picture(const Upscaler::View& view, Size size) {
-    if (view.channels > 3 || (view.maps && view.channels > 1)) return view_picture(contact_sheet(view, size), size);
+    if (view.channels > 3 || (view.maps && view.channels > 1)) return view_picture(side_by_side(view, size), size);
     const std::vector<Color> source = colors(view);
     // Blocks are whole pixels; the last ones may reach beyond the image.
     const int factor = std::max({1, (size.width + view.size.width - 1) / view.size.width,
