@@ -59,6 +59,12 @@ int scaled_height(const OIIO::ROI& area, int width) {
     return static_cast<int>(std::clamp<int64_t>(height, 1, largest_side));
 }
 
+int64_t column_height(const ContactSheet& options, Size size, int width) {
+    int64_t height = label_height + scaled_height({0, size.width, 0, size.height}, width);
+    for (const OIIO::ROI& crop : options.crops) height += gap + scaled_height(crop, width);
+    return height;
+}
+
 // From top to bottom: the label, the whole picture with its crops framed, the crops enlarged to the column's width.
 OIIO::ImageBuf draw_column(const SheetColumn& column, const Reference& reference, const ContactSheet& options,
                            Size& size) {
@@ -72,8 +78,7 @@ OIIO::ImageBuf draw_column(const SheetColumn& column, const Reference& reference
     const OIIO::ImageBuf picture = wrap(pixels);
     const OIIO::ROI whole(0, size.width, 0, size.height);
     const int width = options.column_width > 0 ? options.column_width : size.width;
-    int height = label_height + scaled_height(whole, width);
-    for (const OIIO::ROI& crop : options.crops) height += gap + scaled_height(crop, width);
+    const int height = static_cast<int>(column_height(options, size, width));
 
     OIIO::ImageBuf sheet(OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT));
     require(OIIO::ImageBufAlgo::zero(sheet), sheet);
@@ -129,14 +134,11 @@ void ContactSheet::add_to(CLI::App& command) {
 void ContactSheet::check(const Reference& reference) const {
     if (file.empty()) return;
     const Size size = io::read_image(reference.file).size;
-    const int width = column_width > 0 ? column_width : size.width;
-    int64_t height = scaled_height({0, size.width, 0, size.height}, width);
-    for (const OIIO::ROI& crop : crops) {
+    for (const OIIO::ROI& crop : crops)
         if (crop.xend > size.width || crop.yend > size.height)
             fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.xbegin,
                  crop.ybegin, crop.width(), crop.height(), size.width, size.height);
-        height += gap + scaled_height(crop, width);
-    }
+    const int64_t height = column_height(*this, size, column_width > 0 ? column_width : size.width);
     if (height > largest_side)
         fail(ErrorKind::invalid_argument, "--sheet: {} pixels high are too many; take wider crops or --column-width",
              height);
