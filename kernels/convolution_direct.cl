@@ -17,7 +17,7 @@
 #define PATCH_ROW (PATCH_PIXELS * CHANNELS)
 #define LINE (64 / (int)sizeof(storage))
 
-// A part's channels of the input pixel (x, y), if it is `inside`; its fours may run over into those of the next part.
+// A part's channels of the input pixel (x, y), if it is `inside`.
 INLINE void stage_part(INPUT_PARAMETERS int part, int channels, int x, int y, int inside, local float* to) {
     int c = 0;
     for (; c + 16 <= channels; c += 16) {

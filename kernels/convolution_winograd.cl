@@ -14,8 +14,6 @@
 #define BLOCKS(channels) ((channels) / 16)
 #define REST(channels) ((channels) % 16)
 #define REST_LANES(channels) (REST(channels) > 8 ? 16 : REST(channels) > 4 ? 8 : 4)
-#define PLUS_LANES(P) +16 * BLOCKS(PART##P##_CHANNELS) + (REST(PART##P##_CHANNELS) ? REST_LANES(PART##P##_CHANNELS) : 0)
-#define LANES (0 EACH_PART(PLUS_LANES))
 
 // Output channels: OUT_BLOCKS of sixteen, the last perhaps part-filled. One to four left over make a quad, for which a
 // vector's lanes are four input channels × four output channels: a part's weights take QUAD_VECTORS.

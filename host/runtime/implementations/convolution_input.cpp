@@ -28,12 +28,13 @@ const graph::Convolution& convolution_of(const Problem& problem) {
     return std::get<graph::Convolution>(problem.node.op);
 }
 
-}  // namespace
-
-int InputPart::lanes(int channels) {
+/// Lanes that so many channels take.
+int lanes_of(int channels) {
     const int rest = channels % 16;
     return channels - rest + (rest > 8 ? 16 : rest > 4 ? 8 : rest > 0 ? 4 : 0);
 }
+
+}  // namespace
 
 ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
     const std::vector<Reading>& readings = convolution_of(problem).readings;
@@ -46,7 +47,7 @@ ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
         } else {
             parts.push_back({reading, input, channels, layout.channels, lanes});
             channels += layout.channels;
-            lanes += InputPart::lanes(layout.channels);
+            lanes += lanes_of(layout.channels);
         }
     }
 }
@@ -54,8 +55,8 @@ ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
 std::string ConvolutionInput::options() const {
     const graph::Convolution& convolution = convolution_of(problem_);
     const bool is_one = convolution.readings.empty();
-    std::string result = fmt::format("-DCIN={} -DPARTS={} -DIN_WIDTH={} -DIN_HEIGHT={}", channels, parts.size(),
-                                     is_one ? problem_.inputs[0].width : convolution.width,
+    std::string result = fmt::format("-DCIN={} -DPARTS={} -DLANES={} -DIN_WIDTH={} -DIN_HEIGHT={}", channels,
+                                     parts.size(), lanes, is_one ? problem_.inputs[0].width : convolution.width,
                                      is_one ? problem_.inputs[0].height : convolution.height);
     int dense = channels;
     for (size_t i = 0; i < parts.size(); ++i) {

@@ -15,9 +15,6 @@ struct InputPart {
     int channels;
     int lane;         // where it begins if every part takes whole vectors: convolution_winograd.cl
     int factor = -1;  // which of the problem's inputs, where it is weighted
-
-    /// Lanes that so many channels take.
-    static int lanes(int channels);
 };
 
 /// What a convolution reads, as kernels/convolution_input.clh has it.
