@@ -2,8 +2,9 @@
 """Random geometric shapes, as SRPO is trained on (Gu et al. 2022, section 3.1.3): make_shapes.py DIRECTORY [--scale S].
 
 DIRECTORY becomes a sequence of single images, each a reset: triangles, discs, rings, lines and Bézier curves in colour
-gradients, one sample in the middle of every pixel, at the render and at the output resolution. --antialias CLARUS makes
-both morphologically antialiased, for upscalers that want such input. The same command gives the same bytes.
+gradients, one sample in the middle of every pixel, at the render and at the output resolution. --varied images differ in
+how small their shapes are, down to foliage and gravel, and how near each other their colours. --antialias CLARUS makes both
+resolutions morphologically antialiased, for upscalers that want such input. The same command gives the same bytes.
 """
 
 import argparse
@@ -16,13 +17,32 @@ import OpenImageIO as oiio
 from clarus_training import single_images
 
 CURVE_STEPS = 24
+SMALLEST = 8  # times as small as a plain image's shapes may those of a varied one be
+
+
+class Style:
+    """What an image's shapes have in common: `detail` times as small as in a plain image, `spread` times as far from a
+    colour, `gray` of the way to being gray."""
+
+    detail, middle, spread, gray = 1, 0, 1, 0
+
+    @staticmethod
+    def varied(chance):
+        style = Style()
+        style.detail = SMALLEST ** chance.random()
+        style.middle, style.spread, style.gray = chance.random(3), chance.uniform(0.1, 1), chance.random()
+        return style
+
+    def colors(self, colors):
+        grayer = (1 - self.gray) * colors + self.gray * colors[:, :1]
+        return (1 - self.spread) * self.middle + self.spread * grayer
 
 
 class Gradient:
     """A colour that changes along a direction."""
 
-    def __init__(self, chance):
-        self.colors = chance.random((2, 3))
+    def __init__(self, chance, style):
+        self.colors = style.colors(chance.random((2, 3)))
         angle = chance.uniform(0, 2 * np.pi)
         self.direction = np.array([np.cos(angle), np.sin(angle)])
 
@@ -43,9 +63,9 @@ def distance_to_path(points, path):
 class Shape:
     """What it covers: `inside(points)`, within the box of corners `low` and `high`. Coordinates are in [0, 1]²."""
 
-    def __init__(self, chance):
-        kind = chance.choice(["triangle", "disc", "ring", "line", "curve"])
-        center, radius = chance.random(2), 0.25 * chance.random() ** 1.5 + 0.01
+    def __init__(self, chance, style):
+        kind, detail = chance.choice(["triangle", "disc", "ring", "line", "curve"]), style.detail
+        center, radius = chance.random(2), (0.25 * chance.random() ** 1.5 + 0.01) / detail
         if kind == "triangle":
             corners = center + 2 * radius * chance.uniform(-1, 1, (3, 2))
             edges = np.roll(corners, -1, axis=0) - corners
@@ -59,24 +79,25 @@ class Shape:
             self.inside = lambda points: (distance(points) < radius) & (distance(points) > hole)
             self.low, self.high = center - radius, center + radius
         else:
-            corners = chance.random((2 if kind == "line" else 4, 2))
+            corners = center * (1 - 1 / detail) + chance.random((2 if kind == "line" else 4, 2)) / detail
             t = np.linspace(0, 1, CURVE_STEPS + 1)[:, None]
             bezier = [(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3]
             path = corners if kind == "line" else sum(weight * corner for weight, corner in zip(bezier, corners))
-            half = 0.02 * chance.random() ** 2 + 0.0015
+            half = 0.02 * chance.random() ** 2 / detail + 0.0015
             self.inside = lambda points: distance_to_path(points, path) < half
             self.low, self.high = path.min(axis=0) - half, path.max(axis=0) + half
-        self.color = Gradient(chance)
+        self.color = Gradient(chance, style)
 
 
-def picture(seed, width, height, shapes):
-    """8-bit colours [height, width, 3], sampled in the pixels' middles."""
+def picture(seed, width, height, shapes, varied=False):
+    """8-bit colours [height, width, 3], sampled in the pixels' middles; the smaller its shapes, the more of them."""
     chance = np.random.default_rng(seed)
+    style = Style.varied(chance) if varied else Style()
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     points = np.stack([x, y], axis=2)
-    colors = Gradient(chance).at(points.reshape(-1, 2)).reshape(height, width, 3)
-    for _ in range(shapes):
-        shape = Shape(chance)
+    colors = Gradient(chance, style).at(points.reshape(-1, 2)).reshape(height, width, 3)
+    for _ in range(round(shapes * style.detail**1.7)):
+        shape = Shape(chance, style)
         size = np.array([width, height])
         (left, top), (right, bottom) = np.clip([shape.low * size, shape.high * size + 1], 0, size).astype(int)
         window = np.s_[top:bottom, left:right]
@@ -101,7 +122,8 @@ def main():
     parser.add_argument("--scale", type=int, choices=range(2, 7), default=2)
     parser.add_argument("--count", type=int, default=300, help="of images")
     parser.add_argument("--size", type=int, default=160, help="width and height at render resolution")
-    parser.add_argument("--shapes", type=int, default=60, help="in an image")
+    parser.add_argument("--shapes", type=int, default=60, help="in a plain image")
+    parser.add_argument("--varied", action="store_true", help="smaller shapes, and paler ones, in most images")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--antialias", metavar="CLARUS", help="the clarus program, which antialiases")
     arguments = parser.parse_args()
@@ -112,7 +134,7 @@ def main():
     names = [f"{i:04}" for i in range(arguments.count)]
     for kind, edge in (("color", size), ("reference", scale * size)):
         for i, name in enumerate(names):
-            pixels = picture((arguments.seed, i), edge, edge, arguments.shapes)
+            pixels = picture((arguments.seed, i), edge, edge, arguments.shapes, arguments.varied)
             write_image(os.path.join(part, kind, f"{name}.png"), pixels)
         if arguments.antialias:
             folder = os.path.join(part, kind)

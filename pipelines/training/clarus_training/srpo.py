@@ -7,13 +7,14 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import losses, operators
+from . import losses, mlaa, operators
 from .layers import convolutions, through
 
 CLIPS = [1]
 RATE = 1e-3
 FEATURES = 16
-ROUNDED = 0.75  # from this share of the training on, offsets are rounded
+SHOWN = 0.25  # from this share of the training on, the loss is that of what is shown
+SOFTNESS = 0.025  # of the steps whose gradients stand for those of rounding
 
 
 class Srpo(nn.Module):
@@ -50,6 +51,13 @@ def rounded(offsets):
     return torch.floor(offsets + 0.5)
 
 
+def softly_rounded(offsets):
+    """Much like it, with gradients: the larger the nearer an offset is to where rounding jumps."""
+    low = offsets.detach().floor()
+    step = torch.tanh((offsets - low - 0.5) / (2 * SOFTNESS)) / math.tanh(1 / (4 * SOFTNESS))
+    return low + (step + 1) / 2
+
+
 def project(color, offsets, scale):
     """O(X, Y) = colour at render pixel (⌊X/s⌋ + ox, ⌊Y/s⌋ + oy), bilinearly between pixels, clamped to the image."""
     height, width = offsets.shape[-2:]
@@ -60,7 +68,7 @@ def project(color, offsets, scale):
 
 def fused(color, offsets, projected, scale):
     """The moved colour where something is moved, the interpolated one elsewhere; and the mask."""
-    mask = blur((offsets != 0).any(dim=1, keepdim=True).to(color.dtype)).clamp(0, 1)
+    mask = blur(offsets.abs().amax(dim=1, keepdim=True).clamp(max=1)).clamp(0, 1)
     images = lanczos_upsample(color, scale), projected, mask
     interpolated, moved, mask = (image.to(color.dtype) for image in images)  # convolutions may be in bfloat16
     return operators.mix(interpolated, moved, mask), mask
@@ -102,16 +110,19 @@ def parameter_groups(network, arguments):
 def loss(network, frames, reference, criterion=None, progress=1.0):
     """The paper's: 1 − SSIM of the colour moved by the offsets, bilinearly between pixels, which is what teaches them.
 
-    In the last quarter of the training the loss is that of the output, in which offsets are rounded, and half of that of
-    the moved colour; gradients are still the bilinear ones.
+    After a quarter of the training, that of what is shown: moved by rounded offsets, fused and antialiased, as the
+    reference then is. Its gradients are those with `softly_rounded` offsets, which the mask has then, too.
     """
     (frame,) = frames
     criterion = criterion or losses.ssim
     raw = network.offsets(frame.color)
-    projected = project(frame.color, raw, network.scale)
-    if progress <= ROUNDED:
-        return criterion(projected, reference[0])
-    offsets = rounded(raw)
-    projected = projected + (project(frame.color, offsets, network.scale) - projected).detach()
-    output, _ = fused(frame.color, offsets, projected, network.scale)
-    return criterion(output, reference[0]) + criterion(projected, reference[0]) / 2
+    if progress <= SHOWN:
+        return criterion(project(frame.color, raw, network.scale), reference[0])
+    with torch.autocast(raw.device.type, enabled=False):
+        color, raw = frame.color.float(), raw.float()
+        hard, soft = (
+            fused(color, offsets, project(color, offsets, network.scale), network.scale)[0]
+            for offsets in (rounded(raw), softly_rounded(raw))
+        )
+        output = soft + (hard - soft).detach()
+        return criterion(mlaa.antialiased(output), mlaa.antialiased(reference[0].float()))

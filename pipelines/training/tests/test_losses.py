@@ -5,7 +5,7 @@ import unittest
 
 import torch
 
-from clarus_training import losses, mnss, nsrr, operators, srpo
+from clarus_training import losses, mlaa, mnss, nsrr, operators, srpo
 from clarus_training.frame import Frame
 
 
@@ -89,20 +89,29 @@ class Losses(unittest.TestCase):
                 total += losses.ssim(output, reference[t]) + 5 * (inside["antialiased"] - samples).abs().mean()
             self.assertAlmostEqual(mnss.loss(network, frames, reference, None, progress).item(), total.item() / 3, 4)
 
-    def test_srpo_learns_from_its_output_in_the_end(self):
+    def test_srpo_learns_from_what_is_shown_in_the_end(self):
         (frame,), reference = self.clip(1)
         network = srpo.create(2)
         with torch.no_grad():
             network.conv[-1].weight.mul_(300)
         raw = network.offsets(frame.color)
-        early, late = (srpo.loss(network, [frame], reference, losses.l1, progress) for progress in (0.5, 0.9))
+        early, late = (srpo.loss(network, [frame], reference, losses.l1, progress) for progress in (0.25, 0.26))
         self.assertAlmostEqual(early.item(), losses.l1(srpo.project(frame.color, raw, 2), reference[0]).item(), 6)
-        moved = srpo.project(frame.color, torch.floor(raw + 0.5), 2)
-        output, _ = network.step(frame)
-        of_both = losses.l1(output, reference[0]) + losses.l1(moved, reference[0]) / 2
-        self.assertAlmostEqual(late.item(), of_both.item(), 6)
+        shown, wanted = (mlaa.antialiased(image) for image in (network.step(frame)[0], reference[0]))
+        self.assertAlmostEqual(late.item(), losses.l1(shown, wanted).item(), 6)
         late.backward()
         self.assertGreater(network.conv[-1].weight.grad.abs().max().item(), 0)
+
+    def test_soft_rounding_is_near_rounding_and_steepest_where_that_jumps(self):
+        offsets = torch.linspace(-2, 2, 401, dtype=torch.float64).requires_grad_()
+        soft = srpo.softly_rounded(offsets)
+        self.assertTrue((soft.diff() > 0).all())
+        off_jumps = (offsets - offsets.round()).abs() < 0.25
+        self.assertLess((soft - srpo.rounded(offsets)).abs()[off_jumps].max().item(), 0.1)
+        soft.sum().backward()
+        at_jump, at_whole = offsets.grad[250].item(), offsets.grad[200].item()  # 0.5 and 0
+        self.assertGreater(at_jump, 20 * at_whole)
+        self.assertGreater(at_whole, 0)
 
 
 if __name__ == "__main__":

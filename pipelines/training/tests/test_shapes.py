@@ -17,8 +17,8 @@ from clarus_training import dataset, sequence
 
 class Shapes(unittest.TestCase):
     def test_both_resolutions_show_the_same_picture(self):
-        for seed in range(3):
-            low, high = (make_shapes.picture((seed, 0), n, n, 20).astype(int) for n in (40, 120))
+        for seed, varied in ((0, False), (1, False), (2, True), (3, True)):
+            low, high = (make_shapes.picture((seed, 0), n, n, 20, varied).astype(int) for n in (40, 120))
             # At ×3, a render pixel's middle is that of its middle output pixel; only rounding may decide otherwise.
             same = np.abs(high[1::3, 1::3] - low).max(axis=2) <= 1
             self.assertGreater(same.mean(), 0.999)
@@ -28,13 +28,24 @@ class Shapes(unittest.TestCase):
         chance = np.random.default_rng(1)
         points = chance.random((4000, 2))
         covered = 0
-        for _ in range(60):
-            shape = make_shapes.Shape(chance)
+        for i in range(60):
+            shape = make_shapes.Shape(chance, make_shapes.Style.varied(chance) if i % 2 else make_shapes.Style())
             inside = shape.inside(points)
             outside_box = (points < shape.low).any(axis=1) | (points > shape.high).any(axis=1)
             self.assertFalse((inside & outside_box).any())
             covered += inside.sum()
         self.assertGreater(covered, 1000)
+
+    def test_varied_images_are_busier_and_paler(self):
+        changes, spreads = [], []
+        for seed in range(12):
+            images = [make_shapes.picture((seed, 0), 160, 160, 20, varied).astype(int) for varied in (False, True)]
+            spreads.append([image.std(axis=(0, 1)).mean() for image in images])
+            edges = (np.abs(np.diff(image, axis=0)).max(axis=2) for image in images)
+            changes.append([(edge > spread / 2).mean() for edge, spread in zip(edges, spreads[-1])])
+        (plain, varied), (wide, narrow) = np.mean(changes, axis=0), np.mean(spreads, axis=0)
+        self.assertGreater(varied, 1.5 * plain)
+        self.assertLess(narrow, 0.8 * wide)
 
     def test_distance_to_a_path(self):
         path = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
