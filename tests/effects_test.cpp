@@ -14,27 +14,6 @@ using namespace clarus::test;
 
 namespace {
 
-/// Frames of a golden file's inputs by its model.
-std::vector<std::vector<float>> outputs(const Golden& golden, const UpscalerOptions& options, int frames) {
-    std::vector<float> color = golden.tensor("color"), depth = golden.tensor("depth"), motion = golden.tensor("motion");
-    const std::vector<float> jitter = golden.tensor("jitter");
-    Upscaler upscaler(test_device(), golden.model, golden.render, options);
-    const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
-    const Size size = upscaler.output_size();
-    std::vector<std::vector<float>> result;
-    for (int t = 0; t < frames; ++t) {
-        result.emplace_back(static_cast<size_t>(size.width) * size.height * 3);
-        FrameDescription frame;
-        frame.color = {.host = color.data() + t * pixels * 3, .size = golden.render};
-        frame.depth = {.host = depth.data() + t * pixels, .size = golden.render};
-        frame.motion = {.host = motion.data() + t * pixels * 2, .size = golden.render};
-        frame.jitter = {jitter[2 * t], jitter[2 * t + 1]};
-        frame.output = {.host = result.back().data(), .size = size};
-        upscaler.submit(frame).wait();
-    }
-    return result;
-}
-
 std::vector<float> filtered(const std::vector<float>& color, Size size, const UpscalerOptions& options) {
     Upscaler upscaler(test_device(), Model::filter("nearest", 1), size, options);
     return upscaled(upscaler, color);
@@ -46,9 +25,9 @@ TEST_CASE("sharpening changes what is shown and not the history" * doctest::test
     constexpr float kAmount = 0.15f;
     const Golden golden("mnss_x2");
     UpscalerOptions options;
-    const std::vector<std::vector<float>> plain = outputs(golden, options, 3);
+    const std::vector<std::vector<float>> plain = run(golden, options, 3).outputs;
     options.sharpen = kAmount;
-    const std::vector<std::vector<float>> sharpened = outputs(golden, options, 3);
+    const std::vector<std::vector<float>> sharpened = run(golden, options, 3).outputs;
     const int width = golden.render.width * 2, height = golden.render.height * 2;
     for (int t = 0; t < 3; ++t) {
         float largest = 0;

@@ -24,7 +24,8 @@ struct Golden {
 };
 
 struct Run {
-    std::vector<double> differences;  // the largest of each frame
+    std::vector<double> differences;          // from the golden file's output, the largest of each frame
+    std::vector<std::vector<float>> outputs;  // of each frame
     Upscaler upscaler;
 };
 

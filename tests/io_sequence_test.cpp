@@ -216,7 +216,7 @@ TEST_CASE("a value that does not fit is named with its place, what it is and wha
     CHECK(message_with("/render_size/0", 960.5) == Contains("render_size[0] must be a whole number"));
     CHECK(message_with("/render_size/0", 18446744073709551615ull) == Contains("render_size[0] must be"));
     CHECK(message_with("/render_size/0", 1e30) == Contains("render_size[0] must be"));
-    CHECK(message_with("/scale", "2") == Contains("scale must be a number from 1 to 8, not \"2\""));
+    CHECK(message_with("/scale", "2") == Contains("scale must be a number from 1 to 32768, not \"2\""));
     CHECK(message_with("/scale", 0.5) == Contains("scale must be"));
     CHECK(message_with("/scale", 1e300) == Contains("scale must be"));
     CHECK(message_with("/frame_rate", 0) == Contains("frame_rate must be a positive number"));

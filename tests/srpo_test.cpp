@@ -14,7 +14,7 @@ constexpr double kTolerance = 2e-6;
 }  // namespace
 
 TEST_CASE("SRPO agrees with the PyTorch network" * doctest::test_suite("golden")) {
-    for (const char* name : {"srpo_x2", "srpo_x3", "srpo_x5_1x1"}) {
+    for (const char* name : {"srpo_x2", "srpo_x3", "srpo_x5_1x1", "srpo_x1", "srpo_x11"}) {
         CAPTURE(name);
         const Golden golden(name);
         const Run result = run(golden);

@@ -7,6 +7,7 @@
 
 #include "clarus/jitter.h"
 #include "clarus/upscaler.h"
+#include "filter_kernels.h"
 #include "operator_harness.h"
 #include "test_device.h"
 
@@ -52,12 +53,6 @@ Color ycocg(const Color& c) {
 }
 
 Color rgb(const Color& c) { return {c[0] + c[1] - c[2], c[0] + c[2], c[0] - c[1] - c[2]}; }
-
-double keys(double x) {
-    x = std::abs(x);
-    if (x >= 2) return 0;
-    return x <= 1 ? 1.5 * x * x * x - 2.5 * x * x + 1 : -0.5 * x * x * x + 2.5 * x * x - 4 * x + 2;
-}
 
 /// An image around index coordinates, filtered by a kernel of that radius, border clamp.
 double filtered(const Planes& image, int c, double u, double v, double (*kernel)(double), int radius) {

@@ -1,5 +1,6 @@
 #include "api/build_graph.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "base/error.h"
@@ -27,11 +28,10 @@ float sharpness(const Model& model, const UpscalerOptions& options) {
 }  // namespace
 
 Size output_size(Size render, double scale) {
-    const Size output = scaled(render, scale);
-    if (render.width < 1 || render.height < 1 || output.width > kLargestSide || output.height > kLargestSide)
+    if (render.width < 1 || render.height < 1 || !(std::max(render.width, render.height) * scale <= kLargestSide))
         fail(ErrorKind::invalid_argument, "render size {}x{} at scale {}: every side must be from 1 to {} pixels",
              render.width, render.height, scale, kLargestSide);
-    return output;
+    return scaled(render, scale);
 }
 
 graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {

@@ -14,8 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLargestFilterScale = 8;
-
 /// Folders to look for shipped models in: $CLARUS_MODEL_PATH, then those known when Clarus was built.
 std::vector<fs::path> model_folders() {
     std::vector<fs::path> folders;
@@ -85,8 +83,7 @@ Model Model::load(const std::string& path) {
 Model Model::filter(const std::string& name, double scale) {
     if (!find_named(pipelines::filters(), name))
         fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
-    if (!(scale >= 1 && scale <= kLargestFilterScale))
-        fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is from 1 to {}", scale, kLargestFilterScale);
+    if (!(scale >= 1)) fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is at least 1", scale);
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;

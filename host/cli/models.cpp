@@ -45,7 +45,7 @@ void print_model(const std::string& name) {
     fmt::print("{}: pipeline {}, scale {:g}\n", model.name(), model.pipeline(), model.scale());
     const io::Safetensors* tensors = model.tensors();
     if (!tensors) {
-        fmt::print("A filter; --scale may be any number from 1 to 8.\n");
+        fmt::print("A filter; --scale may be any number from 1.\n");
         return;
     }
     fmt::print("file: {}\n\nmetadata\n", tensors->path().string());

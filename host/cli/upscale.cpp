@@ -197,7 +197,7 @@ void add_upscale_command(CLI::App& app) {
         .add_option("--device", options->device,
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
         ->type_name("SEL");
-    command.add_option("--scale", options->scale, "For filters: any scale from 1 to 8 in place of the sequence's")
+    command.add_option("--scale", options->scale, "For filters: any scale from 1 in place of the sequence's")
         ->type_name("S");
     command
         .add_option("--sharpness", options->sharpness,

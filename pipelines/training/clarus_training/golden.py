@@ -71,6 +71,8 @@ CASES = {
         "srpo_x2": dict(scale=2, size=(13, 9)),
         "srpo_x3": dict(scale=3, size=(9, 8)),
         "srpo_x5_1x1": dict(scale=5, size=(1, 1)),
+        "srpo_x1": dict(scale=1, size=(11, 6)),
+        "srpo_x11": dict(scale=11, size=(3, 2)),
     },
     "stack": {
         "stack_espcn_x2": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1)),

@@ -18,7 +18,7 @@ def write_sequence(folder, images, size, scale):
 
 
 def antialias(clarus, files, output):
-    """What morphological antialiasing makes of 8-bit images of one size, under their names in a folder."""
+    """What morphological antialiasing makes of 8-bit images of one size, under their numbers in a folder."""
     height, width = read_pixels(files[0]).shape[:2]
     with tempfile.TemporaryDirectory() as work:
         os.mkdir(os.path.join(work, "color"))
