@@ -1,6 +1,6 @@
 """SRPO beside other upscalers of single images, as its paper compares them (Gu et al. 2022, section 4.1).
 
-python3 -m clarus_training.rasterized CLARUS DIRECTORY --srpo MODEL [--others MODEL...] [--every N] [--markdown]
+python3 -m clarus_training.rasterized CLARUS DIRECTORY --srpo MODEL [--others MODEL...] [--every N] [--keep DIRECTORY]
 
 DIRECTORY holds sequences without jitter whose references have one sample a pixel. The reference is the morphologically
 antialiased (MLAA) reference image. SRPO sees the aliased image, and MLAA works on its output; every other upscaler sees
@@ -24,23 +24,26 @@ def images_of(sequence, every):
     return [{kind: frame[kind] for kind in ("color", "reference")} for frame in sequence.frames[::every]]
 
 
-def measure(clarus, sequence, every, methods):
-    """Per method {psnr, ssim} of a sequence."""
-    with tempfile.TemporaryDirectory() as work:
-        images = images_of(sequence, every)
-        at = lambda *names: os.path.join(work, *names)
-        for image in images:
-            for kind, name in image.items():
-                os.makedirs(os.path.dirname(at(name)), exist_ok=True)
-                shutil.copy(os.path.join(sequence.directory, name), at(name))
-        write_sequence(work, images, sequence.facts["render_size"], sequence.scale)
-        antialias(clarus, [at(image["reference"]) for image in images], at("wanted"))
-        figures = {}
-        for i, (model, option) in enumerate(methods.items()):
-            output = at("outputs", str(i))  # models' files may share a name
-            run([clarus, "upscale", work, "--model", model, option, "mlaa", "--output", output])
-            figures[model] = json.loads(run([clarus, "compare", output, at("wanted"), "--json"]))
+def measure(clarus, sequence, every, methods, work):
+    """Per method {psnr, ssim} of a sequence. Images are left in the folder `work`."""
+    images = images_of(sequence, every)
+    at = lambda *names: os.path.join(work, *names)
+    for image in images:
+        for kind, name in image.items():
+            os.makedirs(os.path.dirname(at(name)), exist_ok=True)
+            shutil.copy(os.path.join(sequence.directory, name), at(name))
+    write_sequence(work, images, sequence.facts["render_size"], sequence.scale)
+    antialias(clarus, [at(image["reference"]) for image in images], at("antialiased"))
+    figures = {}
+    for model, option in methods.items():
+        output = at("outputs", name_of(model))
+        run([clarus, "upscale", work, "--model", model, option, "mlaa", "--output", output])
+        figures[model] = json.loads(run([clarus, "compare", output, at("antialiased"), "--json"]))
     return figures
+
+
+def name_of(model):
+    return os.path.basename(model).removesuffix(".safetensors")
 
 
 def main():
@@ -50,21 +53,29 @@ def main():
     parser.add_argument("--srpo", nargs="+", required=True, metavar="MODEL", help="models that want aliased images")
     parser.add_argument("--others", nargs="*", default=[], metavar="MODEL", help="beside nearest, bicubic, lanczos, fsr1")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="frames: the first of every N")
+    parser.add_argument("--keep", metavar="DIRECTORY", help="to leave each sequence's outputs and references in")
     parser.add_argument("--markdown", action="store_true", help="print a table for a model card")
     arguments = parser.parse_args()
     methods = dict.fromkeys(["nearest", "bicubic", "lanczos", "fsr1", *arguments.others], "--antialias-input")
     methods.update(dict.fromkeys(arguments.srpo, "--antialias"))
+    if len(set(map(name_of, methods))) < len(methods):
+        raise SystemExit(f"two models have one name: {', '.join(methods)}")
+    if arguments.keep and os.path.exists(arguments.keep):
+        raise SystemExit(f"{arguments.keep} is there already; remove it or name another folder")
     figures = {model: [] for model in methods}
-    for sequence in find([arguments.directory]):
-        if any(jitter != (0, 0) for jitter in sequence.jitter):
-            raise SystemExit(f"{sequence.directory}: is jittered; render with --jitter none --reference-samples 1")
-        for model, measured in measure(arguments.clarus, sequence, arguments.every, methods).items():
-            figures[model].append(measured)
-        print(os.path.basename(sequence.directory), file=sys.stderr, flush=True)
+    with tempfile.TemporaryDirectory() as temporary:
+        for sequence in find([arguments.directory]):
+            if any(jitter != (0, 0) for jitter in sequence.jitter):
+                raise SystemExit(f"{sequence.directory}: is jittered; render with --jitter none --reference-samples 1")
+            name = os.path.basename(sequence.directory)
+            work = os.path.join(arguments.keep or temporary, name)
+            for model, measured in measure(arguments.clarus, sequence, arguments.every, methods, work).items():
+                figures[model].append(measured)
+            print(name, file=sys.stderr, flush=True)
     rows = [["upscaler", "PSNR", "SSIM"]] + ([["---", "--:", "--:"]] if arguments.markdown else [])
     for model, each in figures.items():
         psnr, ssim = (mean([measured[name] for measured in each]) for name in ("psnr", "ssim"))
-        rows.append([os.path.basename(model), f"{psnr:.2f}", f"{ssim:.4f}"])
+        rows.append([name_of(model), f"{psnr:.2f}", f"{ssim:.4f}"])
     for row in rows:
         print(f"| {' | '.join(row)} |" if arguments.markdown else f"{row[0]:<24}{row[1]:>8}{row[2]:>9}")
 

@@ -44,6 +44,29 @@ class Recipe(unittest.TestCase):
             psnr = run("-m", "clarus_training.validation", at("m.safetensors"), at("data", "one"))
             self.assertIn(f"{figures['mean']['psnr']:.1f}"[:3], psnr)
 
+    def test_srpo_beside_other_upscalers(self):
+        with tempfile.TemporaryDirectory() as work:
+            at = lambda *names: os.path.join(work, *names)
+            with open(at("list.json"), "w") as file:
+                json.dump([{"name": "one", "scene": "demo", "frames": 3, "size": "48x32", "segments": []}], file)
+            make = ["make_data.py", TOOL, at("list.json")]
+            run(*make, at("data"), "--jitter", "none", "--reference-samples", 1)
+            compare = ["-m", "clarus_training.rasterized", TOOL, at("data"), "--every", 2]
+            table = run(*compare, "--srpo", "srpo-x2", "--others", "bilinear", "--keep", at("kept")).splitlines()
+            names = ["upscaler", "nearest", "bicubic", "lanczos", "fsr1", "bilinear", "srpo-x2"]
+            self.assertEqual([line.split()[0] for line in table], names)
+            for line in table[1:]:
+                self.assertTrue(10 < float(line.split()[1]) < 40, line)
+            for folder in ("antialiased", "outputs/srpo-x2", "outputs/fsr1"):
+                self.assertEqual(sorted(os.listdir(at("kept", "one", folder))), ["0000.png", "0002.png"])
+            with self.assertRaisesRegex(AssertionError, "is there already"):
+                run(*compare, "--srpo", "srpo-x2", "--keep", at("kept"))
+            with self.assertRaisesRegex(AssertionError, "one name"):
+                run(*compare, "--srpo", "srpo-x2", at("srpo-x2.safetensors"))
+            run(*make, at("jittered"))
+            with self.assertRaisesRegex(AssertionError, "is jittered"):
+                run("-m", "clarus_training.rasterized", TOOL, at("jittered"), "--srpo", "srpo-x2")
+
 
 if __name__ == "__main__":
     unittest.main()
