@@ -4,6 +4,7 @@ namespace clarus::pipelines {
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
+        // SRPO ends where its last layer has 2048 channels, 2s².
         {"enss", 2, 4, build_enss},   {"mnss", 2, 3, build_mnss}, {"srpo", 1, 32, build_srpo},
         {"stack", 1, 8, build_stack}, {"nsrr", 2, 6, build_nsrr},
     };

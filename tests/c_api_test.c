@@ -1,4 +1,5 @@
 /* The C interface from C: a model runs, what it says of errors arrives. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,6 +30,8 @@ int main(void) {
     CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
     CHECK(strstr(clarus_last_error(), "no such device"));
     CHECK(clarus_model_find("no-such-model", 2, &model) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_model_find("bicubic", 0.5, &model) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_model_find("bicubic", NAN, &model) == CLARUS_INVALID_ARGUMENT);
 
     CHECK(clarus_device_open(getenv("CLARUS_TEST_DEVICE"), &device) == CLARUS_OK);
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);

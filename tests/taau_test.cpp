@@ -254,6 +254,7 @@ TEST_CASE("accumulation is what its definition says") {
     check_accumulation({33, 18}, 1, Storage::f32);
     check_accumulation({400, 3}, 1.7, Storage::f32);
     check_accumulation({11, 9}, 6, Storage::f32);
+    check_accumulation({7, 4}, 23.7, Storage::f32);
     check_accumulation({16, 9}, 2, Storage::f32, true);
 }
 

@@ -239,6 +239,7 @@ TEST_CASE("a frame that does not fit is refused with the field's name" * doctest
     CHECK_THROWS_WITH_AS(Upscaler(test_device(), network(), {0, 9}), doctest::Contains("0x9"), Error);
     CHECK_THROWS_WITH_AS(Model::filter("bilinear", 0.5), doctest::Contains("0.5"), Error);
     CHECK_THROWS_WITH_AS(Model::filter("bilinear", NAN), doctest::Contains("nan"), Error);
+    CHECK_THROWS_WITH_AS(Model::filter("bilinear", INFINITY), doctest::Contains("inf"), Error);
     CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("bilinear", 1e300), {1, 1}), doctest::Contains("1e+300"),
                          Error);
     CHECK_THROWS_WITH_AS(Model::find("enss-xl-x9"), doctest::Contains("bicubic"), Error);

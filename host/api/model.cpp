@@ -1,6 +1,7 @@
 #include "clarus/model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -83,7 +84,8 @@ Model Model::load(const std::string& path) {
 Model Model::filter(const std::string& name, double scale) {
     if (!find_named(pipelines::filters(), name))
         fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
-    if (!(scale >= 1)) fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is at least 1", scale);
+    if (!std::isfinite(scale) || scale < 1)
+        fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is at least 1", scale);
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;

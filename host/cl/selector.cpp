@@ -1,22 +1,15 @@
 #include "cl/selector.h"
 
 #include <algorithm>
-#include <charconv>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "base/parse.h"
 #include "cl/error.h"
 
 namespace clarus::ocl {
 namespace {
-
-std::optional<int> number(std::string_view text) {
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-    return value;
-}
 
 std::string lower_case(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -33,7 +26,8 @@ bool fits(const PlacedDevice& placed, std::string_view selector) {
     if (selector == "gpu" || selector == "cpu" || selector == "dsp")
         return selector == class_name(device_class(placed.device));
     if (const size_t colon = selector.find(':'); colon != selector.npos) {
-        const auto platform = number(selector.substr(0, colon)), device = number(selector.substr(colon + 1));
+        const auto platform = parse_whole<int>(selector.substr(0, colon)),
+                   device = parse_whole<int>(selector.substr(colon + 1));
         if (platform && device) return platform == placed.platform_index && device == placed.device_index;
     }
     return lower_case(placed.device.getInfo<CL_DEVICE_NAME>()).find(selector) != std::string::npos ||
@@ -92,7 +86,7 @@ SelectedDevice select_device(std::string_view selector) {
     std::string wanted = lower_case(std::string(selector));
     std::optional<int> compute_units;
     if (const size_t slash = wanted.rfind('/'); slash != wanted.npos)
-        if ((compute_units = number(std::string_view(wanted).substr(slash + 1)))) wanted.resize(slash);
+        if ((compute_units = parse_whole<int>(std::string_view(wanted).substr(slash + 1)))) wanted.resize(slash);
 
     return checked(fmt::format("select the device '{}'", selector), [&]() -> SelectedDevice {
         const std::vector<PlacedDevice> all = placed_devices();

@@ -6,12 +6,12 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "base/parse.h"
 #include "base/precision.h"
 #include "cli/bench_compare.h"
 #include "cli/choice.h"
@@ -35,13 +35,12 @@ struct Options {
     bool without_start = false;
 };
 
-Size parse_size(const std::string& text) {
+Size output_size(const std::string& text) {
     for (const auto& [word, size] : {std::pair{"720p", Size{1280, 720}}, {"1080p", {1920, 1080}}, {"4k", {3840, 2160}}})
         if (text == word) return size;
-    std::smatch sides;
-    if (!std::regex_match(text, sides, std::regex("([1-9][0-9]{0,4})x([1-9][0-9]{0,4})")))
-        throw CLI::ValidationError("--sizes", text + " is none of 720p|1080p|4k, and not like 1080x1200");
-    return {std::stoi(sides[1]), std::stoi(sides[2])};
+    const std::optional<Size> size = parse_size(text);
+    if (!size) throw CLI::ValidationError("--sizes", text + " is none of 720p|1080p|4k, and not like 1080x1200");
+    return *size;
 }
 
 Precision parse_precision(const std::string& text) {
@@ -128,7 +127,7 @@ void print_throttling(const ItemResult& item) {
 }
 
 std::vector<measure::BenchItem> items_of(Options& options) {
-    for (const std::string& size : options.sizes) options.bench.sizes.push_back(parse_size(size));
+    for (const std::string& size : options.sizes) options.bench.sizes.push_back(output_size(size));
     for (const std::string& name : options.precisions) options.bench.precisions.push_back(parse_precision(name));
     return measure::bench_items(options.bench);
 }

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/parse.h"
 #include "clarus/jitter.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
@@ -37,21 +37,12 @@ struct Options {
     std::filesystem::path output;
 };
 
-bool parse_whole(std::string_view text, int& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size();
-}
-
-Size parse_size(std::string_view text) {
-    Size size;
-    const size_t cross = text.find('x');
-    if (cross == std::string_view::npos || !parse_whole(text.substr(0, cross), size.width) ||
-        !parse_whole(text.substr(cross + 1), size.height) || size.width < 1 || size.height < 1 ||
-        size.width > largest_side || size.height > largest_side) {
+Size render_size(std::string_view text) {
+    const std::optional<Size> size = parse_size(text);
+    if (!size || size->width > largest_side || size->height > largest_side)
         fail(ErrorKind::invalid_argument, "--size \"{}\" is not WIDTHxHEIGHT with both from 1 to {}, such as 480x270",
              text, largest_side);
-    }
-    return size;
+    return *size;
 }
 
 /// "halton:N", or "halton:N+K" with frame 0 at the sequence's point K.
@@ -64,13 +55,12 @@ std::optional<Halton> parse_halton(std::string_view text) {
     if (!text.starts_with(prefix)) return std::nullopt;
     text.remove_prefix(prefix.size());
     const size_t plus = text.find('+');
-    Halton halton;
-    if (!parse_whole(text.substr(0, plus), halton.points) || halton.points < 1 || halton.points > 4096)
-        return std::nullopt;
-    if (plus == std::string_view::npos) return halton;
-    if (!parse_whole(text.substr(plus + 1), halton.start) || halton.start < 0 || halton.start >= halton.points)
-        return std::nullopt;
-    return halton;
+    const std::optional<int> points = parse_whole<int>(text.substr(0, plus));
+    if (!points || *points < 1 || *points > 4096) return std::nullopt;
+    if (plus == std::string_view::npos) return Halton{*points, 0};
+    const std::optional<int> start = parse_whole<int>(text.substr(plus + 1));
+    if (!start || *start < 0 || *start >= *points) return std::nullopt;
+    return Halton{*points, *start};
 }
 
 /// A frame's jitter by its number on the path.
@@ -110,7 +100,7 @@ io::Sequence sequence_of(const Options& options, const io::OutputLayout& layout)
              options.motion_at);
     }
     io::Sequence sequence;
-    sequence.render_size = parse_size(options.size);
+    sequence.render_size = render_size(options.size);
     sequence.scale = options.scale;
     sequence.frame_rate = render::frame_rate;
     sequence.color_space = options.hdr ? ColorSpace::linear : ColorSpace::srgb;

@@ -1,8 +1,7 @@
 #include "cli/sequence_options.h"
 
-#include <charconv>
-
 #include "base/error.h"
+#include "base/parse.h"
 #include "cli/choice.h"
 
 namespace clarus::cli {
@@ -10,10 +9,8 @@ namespace {
 
 std::optional<size_t> parse_index(std::string_view text, const std::string& range) {
     if (text.empty()) return std::nullopt;
-    size_t index = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
-    if (error != std::errc{} || end != text.data() + text.size())
-        throw CLI::ValidationError("--frames", range + " is not of the form A:B, such as 0:24, 8: or :8");
+    const std::optional<size_t> index = parse_whole<size_t>(text);
+    if (!index) throw CLI::ValidationError("--frames", range + " is not of the form A:B, such as 0:24, 8: or :8");
     return index;
 }
 

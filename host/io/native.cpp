@@ -16,7 +16,8 @@ namespace {
 
 constexpr uintmax_t largest_description = 1 << 28;  // bytes
 
-constexpr int largest_extent = 1 << 15;  // pixels
+constexpr int largest_extent = 1 << 15;           // pixels
+constexpr double largest_scale = largest_extent;  // that of an image of one pixel
 // Optional images of a frame that no pipeline uses yet.
 constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
                                     "ui",       "reference_depth", "reference_motion", "reference_aliased"};
@@ -130,7 +131,7 @@ Sequence read_native(const std::filesystem::path& description) {
     const std::vector<JsonNode> size = root["render_size"].items(2);
     sequence.render_size = {static_cast<int>(size[0].integer(1, largest_extent)),
                             static_cast<int>(size[1].integer(1, largest_extent))};
-    sequence.scale = root["scale"].number(1, largest_extent);
+    sequence.scale = root["scale"].number(1, largest_scale);
     if (const auto rate = root.find("frame_rate")) sequence.frame_rate = rate->positive();
     sequence.color_space =
         root["color_space"].choice<ColorSpace>({{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});

@@ -4,11 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstring>
 #include <limits>
 
 #include "base/error.h"
+#include "base/parse.h"
 #include "io/file.h"
 #include "io/json_reader.h"
 
@@ -161,12 +161,11 @@ const std::string& Safetensors::require_metadata(const std::string& key) const {
 
 int Safetensors::require_integer(const std::string& key, int low, int high) const {
     const std::string& text = require_metadata(key);
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < low || value > high)
+    const std::optional<int> value = parse_whole<int>(text);
+    if (!value || *value < low || *value > high)
         fail(ErrorKind::file, "{}: the metadata \"{}\" must be a whole number from {} to {}, not \"{}\"",
              path_.string(), key, low, high, text);
-    return value;
+    return *value;
 }
 
 }  // namespace clarus::io

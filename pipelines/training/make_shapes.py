@@ -2,12 +2,14 @@
 """Random geometric shapes, as SRPO is trained on (Gu et al. 2022, section 3.1.3): make_shapes.py DIRECTORY [--scale S].
 
 DIRECTORY becomes a sequence of single images, each a reset: triangles, discs, rings, lines and Bézier curves in colour
-gradients, one sample in the middle of every pixel, at the render and at the output resolution. --varied images differ in
-how small their shapes are, down to foliage and gravel, and how near each other their colours. --antialias CLARUS makes both
-resolutions morphologically antialiased, for upscalers that want such input. The same command gives the same bytes.
+gradients, one sample in the middle of every pixel, at the render and at the output resolution. --varied images differ
+in how small their shapes are, down to foliage and gravel, and how near each other and how gray their colours.
+--antialias CLARUS makes both resolutions morphologically antialiased, for upscalers that want such input. The same
+command gives the same bytes.
 """
 
 import argparse
+import dataclasses
 import os
 import shutil
 
@@ -17,21 +19,22 @@ import OpenImageIO as oiio
 from clarus_training import single_images
 
 CURVE_STEPS = 24
-SMALLEST = 8  # times as small as a plain image's shapes may those of a varied one be
+GREATEST_DETAIL = 8  # shapes of varied images are up to so many times as small
+CROWDING = 1.7  # where they are n times as small, there are n^CROWDING times as many; 2 would cover all that was there
 
 
+@dataclasses.dataclass
 class Style:
-    """What an image's shapes have in common: `detail` times as small as in a plain image, `spread` times as far from a
-    colour, `gray` of the way to being gray."""
+    """What an image's shapes have in common; a plain image's unless told."""
 
-    detail, middle, spread, gray = 1, 0, 1, 0
+    detail: float = 1  # times as small as in a plain image
+    middle: np.ndarray | float = 0  # colours are `spread` times as far from it
+    spread: float = 1
+    gray: float = 0  # how much of the way to gray they are
 
     @staticmethod
     def varied(chance):
-        style = Style()
-        style.detail = SMALLEST ** chance.random()
-        style.middle, style.spread, style.gray = chance.random(3), chance.uniform(0.1, 1), chance.random()
-        return style
+        return Style(GREATEST_DETAIL ** chance.random(), chance.random(3), chance.uniform(0.1, 1), chance.random())
 
     def colors(self, colors):
         grayer = (1 - self.gray) * colors + self.gray * colors[:, :1]
@@ -96,7 +99,7 @@ def picture(seed, width, height, shapes, varied=False):
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     points = np.stack([x, y], axis=2)
     colors = Gradient(chance, style).at(points.reshape(-1, 2)).reshape(height, width, 3)
-    for _ in range(round(shapes * style.detail**1.7)):
+    for _ in range(round(shapes * style.detail**CROWDING)):
         shape = Shape(chance, style)
         size = np.array([width, height])
         (left, top), (right, bottom) = np.clip([shape.low * size, shape.high * size + 1], 0, size).astype(int)
@@ -123,7 +126,7 @@ def main():
     parser.add_argument("--count", type=int, default=300, help="of images")
     parser.add_argument("--size", type=int, default=160, help="width and height at render resolution")
     parser.add_argument("--shapes", type=int, default=60, help="in a plain image")
-    parser.add_argument("--varied", action="store_true", help="smaller shapes, and paler ones, in most images")
+    parser.add_argument("--varied", action="store_true", help="smaller shapes, nearer and grayer colours")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--antialias", metavar="CLARUS", help="the clarus program, which antialiases")
     arguments = parser.parse_args()
@@ -134,11 +137,13 @@ def main():
     names = [f"{i:04}" for i in range(arguments.count)]
     for kind, edge in (("color", size), ("reference", scale * size)):
         for i, name in enumerate(names):
-            pixels = picture((arguments.seed, i), edge, edge, arguments.shapes, arguments.varied)
+            seed = arguments.seed, i
+            pixels = picture(seed, edge, edge, arguments.shapes, arguments.varied)
             write_image(os.path.join(part, kind, f"{name}.png"), pixels)
         if arguments.antialias:
             folder = os.path.join(part, kind)
-            single_images.antialias(arguments.antialias, [os.path.join(folder, f"{name}.png") for name in names], folder)
+            files = [os.path.join(folder, f"{name}.png") for name in names]
+            single_images.antialias(arguments.antialias, files, folder)
     pairs = [{"color": f"color/{name}.png", "reference": f"reference/{name}.png"} for name in names]
     single_images.write_sequence(part, pairs, [size, size], scale)
     os.rename(part, arguments.directory)

@@ -19,7 +19,7 @@ class Model {
     static Model load(const std::string& path);
 
     /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau". `scale` is any real
-    /// number from 1.
+    /// number from 1; output sides end at 2^15 pixels.
     static Model filter(const std::string& name, double scale);
 
     /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.

@@ -1,9 +1,9 @@
 #include "render/worlds/world.h"
 
-#include <charconv>
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/parse.h"
 #include "render/worlds/demo_scene.h"
 #include "render/worlds/interior.h"
 #include "render/worlds/invented.h"
@@ -14,12 +14,9 @@ namespace clarus::render {
 namespace {
 
 uint64_t seed_in(const std::string& name, std::string_view text) {
-    uint64_t seed = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-    if (error != std::errc() || end != text.data() + text.size()) {
-        fail(ErrorKind::invalid_argument, "\"{}\": what follows the colon is not a whole number from 0", name);
-    }
-    return seed;
+    const std::optional<uint64_t> seed = parse_whole<uint64_t>(text);
+    if (!seed) fail(ErrorKind::invalid_argument, "\"{}\": what follows the colon is not a whole number from 0", name);
+    return *seed;
 }
 
 }  // namespace

@@ -33,11 +33,14 @@ def shares(image, lying):
     is_line = along & ((length > 1) | (lying & (first_step * last_step == -1)))
 
     def share(side):
-        areas = (torch.where(step == side, area(end, length), 0) for end, step in ((first, first_step), (last, last_step)))
+        ends = (first, first_step), (last, last_step)
+        areas = [torch.where(step == side, area(distance, length), 0) for distance, step in ends]
         return torch.where(is_line, sum(areas), 0)
 
     line_above = moved(along, 0, -1)
-    return torch.where(line_above & ~along, moved(share(1), 0, -1), 0), torch.where(along & ~line_above, share(-1), 0)
+    from_above = torch.where(line_above & ~along, moved(share(1), 0, -1), 0)
+    from_below = torch.where(along & ~line_above, share(-1), 0)
+    return from_above, from_below
 
 
 def differ(a, b):

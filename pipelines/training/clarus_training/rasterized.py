@@ -51,7 +51,8 @@ def main():
     parser.add_argument("clarus", help="the clarus program")
     parser.add_argument("directory")
     parser.add_argument("--srpo", nargs="+", required=True, metavar="MODEL", help="models that want aliased images")
-    parser.add_argument("--others", nargs="*", default=[], metavar="MODEL", help="beside nearest, bicubic, lanczos, fsr1")
+    others = "beside nearest, bicubic, lanczos, fsr1"
+    parser.add_argument("--others", nargs="*", default=[], metavar="MODEL", help=others)
     parser.add_argument("--every", type=int, default=1, metavar="N", help="frames: the first of every N")
     parser.add_argument("--keep", metavar="DIRECTORY", help="to leave each sequence's outputs and references in")
     parser.add_argument("--markdown", action="store_true", help="print a table for a model card")
@@ -67,11 +68,14 @@ def main():
         for sequence in find([arguments.directory]):
             if any(jitter != (0, 0) for jitter in sequence.jitter):
                 raise SystemExit(f"{sequence.directory}: is jittered; render with --jitter none --reference-samples 1")
-            name = os.path.basename(sequence.directory)
-            work = os.path.join(arguments.keep or temporary, name)
+            name = os.path.relpath(sequence.directory, os.path.dirname(os.path.abspath(arguments.directory)))
+            work = os.path.join(temporary, name)
             for model, measured in measure(arguments.clarus, sequence, arguments.every, methods, work).items():
                 figures[model].append(measured)
             print(name, file=sys.stderr, flush=True)
+        if arguments.keep:
+            shutil.copytree(temporary, f"{arguments.keep}.part", dirs_exist_ok=True)
+            os.rename(f"{arguments.keep}.part", arguments.keep)
     rows = [["upscaler", "PSNR", "SSIM"]] + ([["---", "--:", "--:"]] if arguments.markdown else [])
     for model, each in figures.items():
         psnr, ssim = (mean([measured[name] for measured in each]) for name in ("psnr", "ssim"))

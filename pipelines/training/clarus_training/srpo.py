@@ -52,7 +52,7 @@ def rounded(offsets):
 
 
 def softly_rounded(offsets):
-    """Much like it, with gradients: the larger the nearer an offset is to where rounding jumps."""
+    """Much like it, with gradients near where rounding jumps; far from there an offset has none, and stays."""
     low = offsets.detach().floor()
     step = torch.tanh((offsets - low - 0.5) / (2 * SOFTNESS)) / math.tanh(1 / (4 * SOFTNESS))
     return low + (step + 1) / 2

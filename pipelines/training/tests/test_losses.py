@@ -103,15 +103,17 @@ class Losses(unittest.TestCase):
         self.assertGreater(network.conv[-1].weight.grad.abs().max().item(), 0)
 
     def test_soft_rounding_is_near_rounding_and_steepest_where_that_jumps(self):
-        offsets = torch.linspace(-2, 2, 401, dtype=torch.float64).requires_grad_()
+        offsets = torch.linspace(-2, 2, 401).requires_grad_()
         soft = srpo.softly_rounded(offsets)
-        self.assertTrue((soft.diff() > 0).all())
+        self.assertTrue((soft.diff() >= 0).all())
         off_jumps = (offsets - offsets.round()).abs() < 0.25
-        self.assertLess((soft - srpo.rounded(offsets)).abs()[off_jumps].max().item(), 0.1)
+        self.assertLess((soft - srpo.rounded(offsets)).abs()[off_jumps].max().item(), 0.001)
         soft.sum().backward()
-        at_jump, at_whole = offsets.grad[250].item(), offsets.grad[200].item()  # 0.5 and 0
-        self.assertGreater(at_jump, 20 * at_whole)
-        self.assertGreater(at_whole, 0)
+        at_jump, beside, far = (offsets.grad[place].item() for place in (250, 240, 225))  # 0.5, 0.4 and 0.25
+        self.assertGreater(at_jump, 5)
+        self.assertGreater(at_jump, 10 * beside)
+        self.assertGreater(beside, 10 * far)
+        self.assertGreater(far, 0)
 
 
 if __name__ == "__main__":

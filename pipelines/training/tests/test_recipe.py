@@ -12,7 +12,8 @@ TOOL = os.environ.get("CLARUS_TOOL")
 
 
 def run(*words):
-    result = subprocess.run([sys.executable, *map(str, words)], cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    command = [sys.executable, *map(str, words)]
+    result = subprocess.run(command, cwd=HERE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     if result.returncode:
         raise AssertionError(f"{words}: {result.stderr.decode()}")
     return result.stdout.decode()
@@ -32,7 +33,8 @@ class Recipe(unittest.TestCase):
             train += ["--batch", 2, "--threads", 1, "--steps", 2, "--amp"]
             run(*train, "--size", "s", "--output", at("s"))
             run(*train, "--size", "m", "--grow", at("s", "checkpoint.pt"), "--output", at("m"))
-            run(*train, "--size", "m", "--start", at("m", "checkpoint.pt"), "--loss", "l1-steadier", "--output", at("m2"))
+            steadier = ["--start", at("m", "checkpoint.pt"), "--loss", "l1-steadier"]
+            run(*train, "--size", "m", *steadier, "--output", at("m2"))
             mix = ["--mix", at("m2", "checkpoint.pt"), 0.25]
             run("-m", "clarus_training.export", at("m", "checkpoint.pt"), at("m.safetensors"), "--jitters", 16, *mix)
             evaluate = ["-m", "clarus_training.evaluate", TOOL, at("list.json"), at("data"), at("m.safetensors")]
@@ -58,7 +60,7 @@ class Recipe(unittest.TestCase):
             for line in table[1:]:
                 self.assertTrue(10 < float(line.split()[1]) < 40, line)
             for folder in ("antialiased", "outputs/srpo-x2", "outputs/fsr1"):
-                self.assertEqual(sorted(os.listdir(at("kept", "one", folder))), ["0000.png", "0002.png"])
+                self.assertEqual(sorted(os.listdir(at("kept", "data", "one", folder))), ["0000.png", "0002.png"])
             with self.assertRaisesRegex(AssertionError, "is there already"):
                 run(*compare, "--srpo", "srpo-x2", "--keep", at("kept"))
             with self.assertRaisesRegex(AssertionError, "one name"):
