@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Every shipped model and filter on one held-out frame, beside each other: make_sheet.py CLARUS DIRECTORY SHEET.png
+
+DIRECTORY receives the sequence that each of them wants, its outputs, and keeps both: what is there is not made again.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+
+from clarus_training.evaluate import run
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+SCENE, FRAME = "brondehach", 28
+SIZES = {"2": "384x216", "3": "256x144", "4": "192x108"}  # of render resolution, for one output resolution
+JITTERS = {"mnss": ["--jitter", "mnss"], "srpo": ["--jitter", "none"], "stack": ["--jitter", "none"]}
+OPTIONS = {"srpo": ["--antialias", "mlaa"], "stack": ["--antialias-input", "mlaa"]}
+CROPS = ["405,140,160,90", "90,240,160,90"]  # a car behind wire mesh, a crash barrier
+
+
+def models(clarus):
+    """Name, pipeline and scale of each, filters at ×2 first, then by scale."""
+    rows = [line.split()[:3] for line in run([clarus, "models"]).splitlines()[1:]]
+    filters = [(name, pipeline, "2") for name, pipeline, scale in rows if scale == "any"]
+    return filters + sorted((tuple(row) for row in rows if row[2] != "any"), key=lambda row: row[2])
+
+
+def sequence_for(clarus, directory, pipeline, scale):
+    """The folder of the scene as a pipeline wants it, rendered unless it is there."""
+    jitter = JITTERS.get(pipeline, [])
+    folder = os.path.join(directory, "-".join(["sequences", f"x{scale}", *jitter[1:]]))
+    if not os.path.exists(os.path.join(folder, SCENE)):
+        make = [sys.executable, "make_data.py", clarus, "held_out.json", folder, "--only", SCENE]
+        subprocess.run([*make, "--scale", scale, "--size", SIZES[scale], *jitter], cwd=HERE, check=True)
+    return os.path.join(folder, SCENE)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Make the contact sheet of all models and filters.")
+    parser.add_argument("clarus", help="the clarus program")
+    parser.add_argument("directory")
+    parser.add_argument("sheet", help="a PNG file")
+    arguments = parser.parse_args()
+    clarus, directory, sheet = map(os.path.abspath, (arguments.clarus, arguments.directory, arguments.sheet))
+    names = []
+    for name, pipeline, scale in models(clarus):
+        sequence, output = sequence_for(clarus, directory, pipeline, scale), os.path.join(directory, name)
+        if not os.path.exists(output):
+            frames = ["--frames", f"0:{FRAME + 1}", *OPTIONS.get(pipeline, [])]
+            run([clarus, "upscale", sequence, "--model", name, *frames, "--output", f"{output}.part"])
+            os.rename(f"{output}.part", output)
+        names.append(name)
+        print(name, flush=True)
+    reference = sequence_for(clarus, directory, "enss", "2")
+    compare = [clarus, "compare", *names, reference, "--frames", f"{FRAME}:{FRAME + 1}"]
+    crops = [word for crop in CROPS for word in ("--crop", crop)]
+    picture = ["--sheet", sheet, "--sheet-columns", "6", "--column-width", "330", *crops]
+    subprocess.run([*compare, *picture], cwd=directory, check=True)
+
+
+if __name__ == "__main__":
+    main()
