@@ -1,11 +1,39 @@
 """Recurrent clips of crops."""
 
+from typing import NamedTuple, Optional
+
 import numpy as np
 import torch
 
+from . import events
 from .frame import Frame
 from .operators import DILATE_BLOCK
 from .sequence import to_images
+
+
+class Images(NamedTuple):
+    """A batch's images [T, N, …]: what a Frame has, and references."""
+
+    color: torch.Tensor
+    depth: torch.Tensor
+    motion: torch.Tensor
+    reference: torch.Tensor
+    followed: Optional[torch.Tensor] = None
+    validity: Optional[torch.Tensor] = None
+
+    def of_scale(self, s):
+        """Each image, and how many of its pixels there are to a render pixel."""
+        sizes = (1, 1, 1, s, s, 1)
+        return [(name, image, size) for name, image, size in zip(self._fields, self, sizes) if image is not None]
+
+    def turned(self, flip, swap):
+        """Mirrored along x, along y, and then transposed, as asked for."""
+
+        def turn(name, image):
+            image = turned(image, flip, swap)
+            return turned_vectors(image, flip, swap, axis=2) if name in ("motion", "followed") else image
+
+        return Images(**{name: turn(name, image) for name, image, _ in self.of_scale(1)})
 
 
 class Clips:
@@ -16,15 +44,19 @@ class Clips:
     reset, its vectors are all invalid, which is the same.
 
     `turn` mirrors and transposes a batch's images, motion and jitters. `tint` gives every clip, input and reference
-    alike, another brightness, contrast and colour.
+    alike, another brightness, contrast and colour. `eventful` clips have cuts, fades, flat pictures and bars (events.py).
+    `checked` frames come with what history.py makes of them.
     """
 
-    def __init__(self, sequences, length, crop, turn=True, tint=True):
-        self.length, self.crop, self.turn, self.tint = length, crop, turn, tint
+    def __init__(self, sequences, length, crop, turn=True, tint=True, eventful=False, checked=False):
+        self.length, self.crop, self.turn, self.tint, self.eventful = length, crop, turn, tint, eventful
+        self.checked = checked
         groups = {}
         for sequence in sequences:
             if min(sequence.depth.shape[1:]) < crop:
                 raise SystemExit(f"{sequence.directory}: frames are smaller than a crop of {crop}")
+            if checked:
+                sequence.follow()
             for t in range(len(sequence) - length + 1):
                 jitters = np.round((sequence.jitter[t : t + length], sequence.motion_jitter[t : t + length]), 5)
                 key = (jitters.tobytes(), sequence.color.dtype, sequence.reference.dtype)
@@ -39,21 +71,23 @@ class Clips:
         (group,) = chance.choices(self.groups, self.weights)
         chosen = [chance.choice(group) for _ in range(count)]
         cuts = zip(*(self._cut(*clip, chance) for clip in chosen))
-        color, depth, motion, reference = (to_images(np.stack(parts, axis=1), device) for parts in cuts)
+        images = Images(*(to_images(np.stack(parts, axis=1), device) for parts in cuts))
         sequence, t = chosen[0]
         jitters = [sequence.jitter[t : t + self.length], sequence.motion_jitter[t : t + self.length]]
         if self.turn:
             flip = [chance.random() < 0.5, chance.random() < 0.5]
             swap = chance.random() < 0.5
-            color, depth, reference = (turned(images, flip, swap) for images in (color, depth, reference))
-            motion = turned_vectors(turned(motion, flip, swap), flip, swap, axis=2)
+            images = images.turned(flip, swap)
             jitters = turned_vectors(torch.tensor(jitters), flip, swap, axis=2).tolist()
+        if self.eventful:
+            events.happen(images, chance)
         if self.tint:
             gain, offset = tints(count, chance, device)
-            for images in (color, reference):
-                images.mul_(gain).add_(offset)
+            for each in (images.color, images.reference):
+                each.mul_(gain).add_(offset)
         jitters = (map(tuple, each) for each in jitters)
-        return [Frame(*parts) for parts in zip(color, depth, motion, *jitters)], reference
+        checked = images[4:] if self.checked else ()
+        return [Frame(*parts) for parts in zip(*images[:3], *jitters, *checked)], images.reference
 
     def _cut(self, sequence, t, chance):
         height, width = sequence.depth.shape[1:]
@@ -64,8 +98,14 @@ class Clips:
         low = (slice(t, t + self.length), slice(y, y + self.crop), slice(x, x + self.crop))
         high = (low[0], slice(s * y, s * (y + self.crop)), slice(s * x, s * (x + self.crop)))
         motion = np.array(sequence.motion[low])
-        motion[np.array(sequence.reset[low[0]])] = np.nan
-        return sequence.color[low], sequence.depth[low][..., None], motion, sequence.reference[high]
+        reset = np.array(sequence.reset[low[0]])
+        motion[reset] = np.nan
+        images = sequence.color[low], sequence.depth[low][..., None], motion, sequence.reference[high]
+        if not self.checked:
+            return images
+        followed, validity = np.array(sequence.followed[high]), np.array(sequence.validity[low][..., None], np.float32)
+        followed[reset], validity[reset] = np.nan, 0
+        return *images, followed, validity
 
 
 def turned(images, flip, swap):

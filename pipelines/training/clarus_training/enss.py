@@ -7,7 +7,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import losses, model_file, operators
+from . import history, losses, model_file, operators
 from .layers import through
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
@@ -50,25 +50,27 @@ class KernelMlp(nn.Module):
 
 
 class Ahead(NamedTuple):
-    """What of a frame does not depend on history: its kernels, and where its blocks' history is found."""
+    """What of a frame does not depend on history: its kernels, and where its history is found."""
 
     kernels: dict
-    patches: tuple
-    valid: Optional[torch.Tensor]  # per block [N, 1, rows, columns]; None where all motion is
+    patches: Optional[tuple] = None
+    valid: Optional[torch.Tensor] = None  # per block [N, 1, rows, columns]; None where all motion is
+    place: Optional[history.Place] = None  # in place of patches where history is checked
 
 
 class Enss(nn.Module):
     """The network. `kernels`, a KernelTable or a KernelMlp, makes a list of K jitters into kernels [K, kernel_count].
 
     Channels of `operators.space_to_depth` hold what has s² values for a render pixel, but for the state. `without`, for
-    experiments, names ABLATIONS; such a network is no model that the program knows.
+    experiments, names ABLATIONS; such a network is no model that the program knows. `checked` and `held` are those of
+    history.py.
     """
 
     pipeline = "enss"
 
-    def __init__(self, scale, features, middle, kernels, without=()):
+    def __init__(self, scale, features, middle, kernels, without=(), checked=False, held=False):
         super().__init__()
-        self.scale, self.features, self.without = scale, features, without
+        self.scale, self.features, self.without, self.checked, self.held = scale, features, without, checked, held
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
 
@@ -76,15 +78,22 @@ class Enss(nn.Module):
         """For all of several frames of the same size at once."""
         s, count = self.scale, len(frames)
         jitters = [(0.0, 0.0) if "jitter-kernels" in self.without else frame.jitter for frame in frames]
-        kernels = split_kernels(self.kernels(jitters), s, self.features)
+        kernels = split_kernels(self.kernels(jitters), s, self.features, self.checked)
+        kernels = [{name: tensor[t] for name, tensor in kernels.items()} for t in range(count)]
+        if self.checked:
+            return [Ahead(each, place=place) for each, place in zip(kernels, history.places(frames, s))]
         motion, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("motion", "depth"))
         blocks = self.followed(operators.dilate_blocks(motion, depth, s))
         valid = torch.isfinite(blocks).all(dim=1, keepdim=True)
         patches = operators.block_patches(blocks.masked_fill(~valid, 0), (s * depth.shape[2], s * depth.shape[3]))
         return [
-            Ahead({name: tensor[t] for name, tensor in kernels.items()}, parts, None if mask.all() else mask)
-            for t, (parts, mask) in enumerate(zip(zip(*(part.chunk(count) for part in patches)), valid.chunk(count)))
+            Ahead(each, parts, None if mask.all() else mask)
+            for each, parts, mask in zip(kernels, zip(*(part.chunk(count) for part in patches)), valid.chunk(count))
         ]
+
+    def place(self, ahead):
+        """Where history is, where it is checked."""
+        return ahead.place
 
     def followed(self, motion):
         """Motion that history is warped by. Invalid vectors stay invalid."""
@@ -98,31 +107,43 @@ class Enss(nn.Module):
         `ahead` is the frame's, where the caller has it. `inside`, a dict, receives warped, alpha and candidate.
         """
         s = self.scale
-        kernels, patches, valid = ahead or self.ahead([frame])[0]
-        color, history = frame.color, None
-        if state is None or valid is not None:
-            history = F.pad(operators.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
-        if state is not None:
-            if "dilation" in self.without:
-                motion = self.followed(operators.upsample_motion(frame.motion, s, frame.motion_jitter))
-                warped = operators.warp(state, torch.nan_to_num(motion), "clamp", 0)
-            else:
-                warped = operators.WarpBlocks.apply(state, *patches)
+        ahead = ahead or self.ahead([frame])[0]
+        color, valid = frame.color, ahead.valid
+        upsampled = None
+        if state is None or self.checked or valid is not None:
+            upsampled = F.pad(operators.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
+        if state is None:
+            warped = upsampled
+        elif self.checked:
+            warped = ahead.place.warp(state, "clamp", upsampled)
+        elif "dilation" in self.without:
+            motion = self.followed(operators.upsample_motion(frame.motion, s, frame.motion_jitter))
+            warped = operators.warp(state, motion, "clamp", upsampled)
+        else:
+            warped = operators.WarpBlocks.apply(state, *ahead.patches)
             if valid is not None:
-                warped = torch.where(operators.expand_blocks(valid.to(state), state.shape[2:]) > 0, warped, history)
-            history = warped
-        history = operators.space_to_depth(history, s)
-        x = self.layers(self.network_input(frame, history), kernels).to(color.dtype).contiguous()
-        state, alpha, candidate = self.blend(history, x)
+                mask = operators.expand_blocks(valid.to(state), state.shape[2:]) > 0
+                warped = torch.where(mask, warped, upsampled)
+        past = operators.space_to_depth(warped, s)
+        validity = None
+        if self.checked:
+            validity = torch.zeros_like(frame.depth) if state is None else ahead.place.validity
+        x = self.layers(self.network_input(frame, past, validity), ahead.kernels).to(color.dtype).contiguous()
+        state, alpha, candidate = self.blend(past, x)
+        if self.held:
+            output = history.hold(state[:, :3], color, warped[:, :3], s, frame.jitter)
+            if inside is not None:
+                inside["excess"] = state[:, :3] - output
+            state = torch.cat((output, state[:, 3:]), dim=1)
         if inside is not None:
-            seen = dict(warped=history, alpha=alpha, candidate=candidate)
+            seen = dict(warped=past, alpha=alpha, candidate=candidate)
             inside.update({name: operators.depth_to_space(image, s) for name, image in seen.items()})
         return state[:, :3], state
 
-    def network_input(self, frame, history):
+    def network_input(self, frame, past, validity=None):
         color = frame.color
         planes = color.new_tensor(frame.jitter)[:, None, None].expand(color.shape[0], 2, *color.shape[2:])
-        return torch.cat((color, frame.depth, planes, history), dim=1)
+        return torch.cat((color, frame.depth, planes, *([validity] if self.checked else []), past), dim=1)
 
     def layers(self, x, kernels):
         """The convolutions, the last without an activation."""
@@ -131,37 +152,39 @@ class Enss(nn.Module):
         x = through(self.body, x)
         return F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1)
 
-    def blend(self, history, x):
-        """The new state of what `layers` returned; and α and the candidate, as channels of render pixels."""
+    def blend(self, past, x):
+        """The new state of what `layers` returned, not held yet; and α and the candidate, as channels of render pixels."""
         s = self.scale
         alpha, candidate, feature = x.split((s * s, 3 * s * s, s * s), dim=1)
-        alpha, warped = torch.sigmoid(alpha), history[:, : 3 * s * s]
+        alpha, warped = torch.sigmoid(alpha), past[:, : 3 * s * s]
         if "blending" in self.without:
             alpha = torch.ones_like(alpha)
         size = (x.shape[0], -1, s * s, *x.shape[2:])
         blended = operators.mix(*(image.reshape(size) for image in (warped, candidate, alpha)))
-        output = blended.flatten(1, 2).clamp(0, 1)
+        output = blended.flatten(1, 2)
+        if not self.held:
+            output = output.clamp(0, 1)
         return operators.depth_to_space(torch.cat((output, feature), dim=1), s), alpha, candidate
 
 
-def kernel_shapes(scale, features):
+def kernel_shapes(scale, features, checked=False):
     """Shapes of the jitter-conditioned kernels, in the order in which a predicted vector holds them."""
     return {
-        "first.weight": (features, 6 + 4 * scale**2, 3, 3),
+        "first.weight": (features, 6 + checked + 4 * scale**2, 3, 3),
         "first.bias": (features,),
         "last.weight": (5 * scale**2, features, 3, 3),
         "last.bias": (5 * scale**2,),
     }
 
 
-def kernel_count(scale, features):
-    return sum(math.prod(shape) for shape in kernel_shapes(scale, features).values())
+def kernel_count(scale, features, checked=False):
+    return sum(math.prod(shape) for shape in kernel_shapes(scale, features, checked).values())
 
 
-def split_kernels(vector, scale, features):
+def split_kernels(vector, scale, features, checked=False):
     """The kernels by name, of a vector or a batch [..., kernel_count]."""
     result, offset = {}, 0
-    for name, shape in kernel_shapes(scale, features).items():
+    for name, shape in kernel_shapes(scale, features, checked).items():
         size = math.prod(shape)
         result[name] = vector[..., offset : offset + size].reshape(*vector.shape[:-1], *shape)
         offset += size
@@ -178,7 +201,8 @@ def shape(arguments):
         raise SystemExit("an ENSS network is of --size s, m or l")
     features, middle = SIZES[arguments.size]
     without = tuple(arguments.without)
-    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, without=without)
+    checks = dict(checked=arguments.checked, held=arguments.held)
+    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, without=without, **checks)
 
 
 def parameter_groups(network, arguments):
@@ -189,17 +213,19 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The paper's L1, and with it what keeps still pictures still."""
+    """The paper's L1, and with it what keeps still pictures still; checked history has more of that."""
+    if network.checked and criterion is None:
+        return losses.followed(network, frames, reference)
     return losses.of_clip(network, frames, reference, criterion or losses.l1_steady)
 
 
-def create(scale, features, middle, hidden, without=()):
+def create(scale, features, middle, hidden, without=(), checked=False, held=False):
     """A network to be trained: the MLP of `hidden` units a layer starts as the kernels of `starting_kernels`."""
-    mlp = KernelMlp(kernel_count(scale, features), hidden)
-    network = Enss(scale, features, middle, mlp, without)
+    mlp = KernelMlp(kernel_count(scale, features, checked), hidden)
+    network = Enss(scale, features, middle, mlp, without, checked, held)
     with torch.no_grad():
         start_hidden_layers(mlp)
-        random = starting_noise(scale, features)
+        random = starting_noise(scale, features, checked)
         axis = torch.linspace(-0.5, 0.5, 9)
         jitters = torch.cat((torch.tensor(operators.halton_jitter()), torch.cartesian_prod(axis, axis)))
         wanted = torch.stack([starting_kernels(scale, features, jitter, random) for jitter in jitters.tolist()])
@@ -229,9 +255,9 @@ def start_hidden_layers(mlp):
     nn.init.uniform_(mlp.layers[0].bias, -1, 1)
 
 
-def starting_noise(scale, features):
+def starting_noise(scale, features, checked=False):
     """Random kernels for everything that `starting_kernels` does not set."""
-    kernels = {name: torch.zeros(shape) for name, shape in kernel_shapes(scale, features).items()}
+    kernels = {name: torch.zeros(shape) for name, shape in kernel_shapes(scale, features, checked).items()}
     nn.init.kaiming_normal_(kernels["first.weight"], nonlinearity="relu")
     nn.init.normal_(kernels["last.weight"], std=0.1 / math.sqrt(9 * features))
     return kernels
@@ -279,25 +305,27 @@ def model_tensors(network, jitters=None, mlp=False, half=False):
         table = network.kernels(jitters)
         if len(jitters) > 1:  # a single entry serves every jitter
             tensors["jitter"] = torch.tensor(jitters).numpy()
-        for name, kernels in split_kernels(table, network.scale, network.features).items():
+        for name, kernels in split_kernels(table, network.scale, network.features, network.checked).items():
             tensors[name] = array(kernels)
-    return tensors, {"pipeline": "enss", "scale": str(network.scale), "features": str(network.features)}
+    facts = {"pipeline": "enss", "scale": str(network.scale), "features": str(network.features)}
+    return tensors, {**facts, **history.metadata_of(network)}
 
 
 def load_model(tensors, metadata):
     """The network of a model file's content; its table is used where it has one."""
     scale, features = int(metadata["scale"]), int(metadata["features"])
+    checks = history.options_of(metadata)
     middle = sum(name.startswith("body.") for name in tensors) // 2
     if "first.weight" in tensors:
-        names = kernel_shapes(scale, features)
+        names = kernel_shapes(scale, features, checks["checked"])
         kernels = KernelTable(
             tensors.get("jitter", torch.zeros(1, 2)), torch.cat([tensors[name].flatten(1) for name in names], dim=1)
         )
     else:
-        kernels = KernelMlp(kernel_count(scale, features), tensors["mlp.0.weight"].shape[0])
+        kernels = KernelMlp(kernel_count(scale, features, checks["checked"]), tensors["mlp.0.weight"].shape[0])
         for i, layer in enumerate(kernels.layers):
             layer.load_state_dict({"weight": tensors[f"mlp.{i}.weight"], "bias": tensors[f"mlp.{i}.bias"]})
-    network = Enss(scale, features, middle, kernels)
+    network = Enss(scale, features, middle, kernels, **checks)
     for i, layer in enumerate(network.body):
         layer.load_state_dict({"weight": tensors[f"body.{i}.weight"], "bias": tensors[f"body.{i}.bias"]})
     return network

@@ -3,6 +3,7 @@
 Wider and deeper it computes the same (after Chen et al. 2016, Net2Net): new features are random and nobody listens to
 them yet; new middle layers hand on what they get. At another scale it computes nearly the same: kernels over the
 history, which has s² values a render pixel, are resampled, and what is predicted for s² output pixels is interpolated.
+Where the larger one checks its history and the smaller did not, nobody listens to the validity yet.
 """
 
 import torch
@@ -36,6 +37,8 @@ def check_room(network, small):
         if ours < theirs:
             raise SystemExit(f"--grow: the network has {ours} {what}, the checkpoint {theirs}; it cannot grow smaller")
     theirs, ours = (each.kernels.layers[0].out_features for each in (small, network))
+    if small.checked and not network.checked:
+        raise SystemExit("--grow: the checkpoint's history is checked, the network's is not: --checked")
     if ours != theirs:
         raise SystemExit(f"--grow: the network's MLP has {ours} hidden units, the checkpoint's {theirs}: --hidden {theirs}")
 
@@ -43,16 +46,18 @@ def check_room(network, small):
 def grown_kernels(vector, small, start, network):
     """A vector of kernels of `small` as one of `network`, where `start` has what new features begin with."""
     result = start.clone()
-    theirs = split_kernels(vector, small.scale, small.features)
-    ours = split_kernels(result, network.scale, network.features)
+    theirs = split_kernels(vector, small.scale, small.features, small.checked)
+    ours = split_kernels(result, network.scale, network.features, network.checked)
     f, s, t = small.features, small.scale, network.scale
-    # 6 inputs of one value a render pixel, then those of the history: 4 channels of s × s.
-    ours["first.weight"][:f, :6] = theirs["first.weight"][:, :6]
-    history = theirs["first.weight"][:, 6:].unflatten(1, (4, s, s))
+    # 6 inputs of one value a render pixel, 7 where history is checked, then those of the history: 4 channels of s × s.
+    lone, their_lone = 6 + network.checked, 6 + small.checked
+    ours["first.weight"][:f, :lone] = 0
+    ours["first.weight"][:f, :their_lone] = theirs["first.weight"][:, :their_lone]
+    history = theirs["first.weight"][:, their_lone:].unflatten(1, (4, s, s))
     fine = history.permute(0, 1, 4, 2, 5, 3).reshape(f, 4, 3 * s, 3 * s)  # a kernel over output pixels
     resampled = resampling(3 * s, 3 * t).to(fine)
     fine = (resampled @ fine @ resampled.T).reshape(f, 4, 3, t, 3, t).permute(0, 1, 3, 5, 2, 4)
-    ours["first.weight"][:f, 6:] = fine.flatten(1, 3)
+    ours["first.weight"][:f, lone:] = fine.flatten(1, 3)
     ours["first.bias"][:f] = theirs["first.bias"]
     ours["last.weight"].zero_()
     between = interpolation(s, t).to(vector)

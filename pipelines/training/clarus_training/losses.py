@@ -5,7 +5,7 @@ import functools
 import torch
 import torch.nn.functional as F
 
-from . import frame
+from . import frame, operators
 
 
 def of_clip(network, frames, reference, criterion):
@@ -32,6 +32,51 @@ l1_steadier = functools.partial(l1_steady, weight=4)
 def l1_l2(output, reference):
     """L1, and as much again for an error of 0.1, more for a larger one: ghosts are few, large errors."""
     return l1(output, reference) + 10 * l2(output, reference)
+
+
+UNCOVERED = 3  # times the weight of a pixel that has no history
+STEADY = 1  # of changes along motion, beside the output's error
+WITHIN = 1  # of what a network shows beyond the range that it is held in
+
+
+class Followed:
+    """What networks with a checked history learn from, frame by frame; references [T, N, 3, H, W].
+
+    L1, in which pixels without history count more: they are few, and are what is seen of a moving thing. To it the L1 of
+    changes along motion, where the history is valid: of pixels that stand still these are flicker. And whatever the range
+    cuts off the output, which otherwise had no gradient.
+    """
+
+    def __init__(self, reference):
+        self.reference, self.total, self.t, self.output = reference, 0, 0, None
+
+    def add(self, output, place, excess=None):
+        """`place`: the frame's history.Place. `excess`: what was cut off."""
+        reference = self.reference[self.t]
+        error = (output - reference).abs()
+        if self.t:
+            has_history = place.has_history()
+            error = error * (UNCOVERED + (1 - UNCOVERED) * has_history)
+            before = torch.cat((self.output, self.reference[self.t - 1]), dim=1)
+            moved, expected = operators.sample(before, place.grid).chunk(2, dim=1)
+            error = error + STEADY * ((output - moved) - (reference - expected)).abs() * has_history
+        self.total = self.total + error.mean()
+        if excess is not None:
+            self.total = self.total + WITHIN * excess.abs().mean()
+        self.output, self.t = output, self.t + 1
+
+    def mean(self):
+        return self.total / self.t
+
+
+def followed(network, frames, reference):
+    """`Followed` of a clip."""
+    loss, state = Followed(reference), None
+    for frame_, ahead in zip(frames, network.ahead(frames)):
+        inside = {}
+        output, state = network.step(frame_, state, ahead, inside)
+        loss.add(output, network.place(ahead), inside.get("excess"))
+    return loss.mean()
 
 
 def ssim_map(image, reference):

@@ -4,7 +4,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import losses, model_file, operators
+from . import history as checks, losses, model_file, operators
 from .layers import convolutions, linear_at_last, through
 
 SIZES = {"full": 32, "fast": 16}  # name: width of the U-Net's outermost layers
@@ -38,16 +38,18 @@ class UNet(nn.Module):
 
 
 class Nsrr(nn.Module):
-    """The network, without what `without` names of ABLATIONS.
+    """The network, without what `without` names of ABLATIONS; `checked` and `held` are those of history.py.
 
-    Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most.
+    Its state is the list of the previous frames' maps B_1 …, [N, 12, H, W] each, n at most; where the range is held,
+    the previous output [N, 3, H, W] is before them.
     """
 
     pipeline = "nsrr"
     used = None
 
-    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr", without=()):
+    def __init__(self, scale, previous_frames=4, width=32, network_color="ycbcr", without=(), checked=False, held=False):
         super().__init__()
+        self.checked, self.held = checked, held
         self.scale, self.previous_frames = scale, previous_frames
         self.network_color, self.without = network_color, without
         n, channels = previous_frames, 4 + FEATURES[-1]
@@ -58,13 +60,17 @@ class Nsrr(nn.Module):
         self.unet = UNet(channels * (1 + n), width)
 
     def ahead(self, frames):
-        """F^cur and F^prev [N, 12, h, w] of every frame, all frames at once. Without previous frames, no F^prev."""
+        """Of every frame, all frames at once: F^cur and F^prev [N, 12, h, w], the latter where there are previous frames,
+        and where its history is."""
         color, depth = (torch.cat([getattr(frame, name) for frame in frames]) for name in ("color", "depth"))
         z = torch.cat((operators.ycbcr(color) if self.network_color == "ycbcr" else color, depth), dim=1)
         sets = [self.features_current] + ([self.features_previous] if self.previous_frames else [])
         share = 0 if "features" in self.without else 1
         maps = [torch.cat((z, share * through(layers, z).to(z.dtype)), dim=1).chunk(len(frames)) for layers in sets]
-        return list(zip(*maps))
+        return list(zip(zip(*maps), checks.places(frames, self.scale, self.checked)))
+
+    def place(self, ahead):
+        return ahead[1]
 
     def weights(self, raw):
         """How much each previous frame counts, [N, n, H, W], by the first four channels of all frames' maps."""
@@ -73,12 +79,11 @@ class Nsrr(nn.Module):
     def maps(self, frame, state=None, ahead=None):
         """The zero-upsampled current map, the warped history B_1 …, as far as there is one, and the new state."""
         s, n = self.scale, self.previous_frames
-        ahead = ahead or self.ahead([frame])[0]
-        current, *previous = (operators.zero_upsample(each, s, frame.jitter) for each in ahead)
+        features, place = ahead or self.ahead([frame])[0]
+        current, *previous = (operators.zero_upsample(each, s, frame.jitter) for each in features)
         history = []
         if state:
-            motion = operators.upsample_motion(frame.motion, s, frame.motion_jitter)
-            history = list(operators.warp(torch.cat(state, dim=1), motion, "zero", 0).chunk(len(state), dim=1))
+            history = list(place.warp(torch.cat(state, dim=1), "zero", 0).chunk(len(state), dim=1))
         return current, history, (previous + history)[:n]
 
     def network_output(self, current, history, inside=None):
@@ -102,11 +107,21 @@ class Nsrr(nn.Module):
 
     def step(self, frame, state=None, ahead=None, inside=None):
         ahead = ahead or self.ahead([frame])[0]
-        current, history, state = self.maps(frame, state, ahead)
+        before, maps = (state[:1], state[1:]) if self.held and state else ([], state)
+        current, history, maps = self.maps(frame, maps, ahead)
         output = self.network_output(current, history, inside)
         if inside is not None:
-            inside["features"], inside["network_output"] = ahead[0][:, 4:], output
-        return (operators.rgb(output) if self.network_color == "ycbcr" else output).clamp(0, 1), state
+            inside["features"], inside["network_output"] = ahead[0][0][:, 4:], output
+        free = operators.rgb(output) if self.network_color == "ycbcr" else output
+        if not self.held:
+            return free.clamp(0, 1), maps
+        seen = operators.upsample(frame.color, self.scale, frame.jitter)
+        if before:
+            seen = ahead[1].warp(before[0], "clamp", seen)
+        output = checks.hold(free, frame.color, seen, self.scale, frame.jitter)
+        if inside is not None:
+            inside["excess"] = free - output
+        return output, [output, *maps]
 
 
 def shape(arguments):
@@ -118,6 +133,8 @@ def shape(arguments):
         width=SIZES[arguments.size],
         network_color=arguments.network_color,
         without=tuple(arguments.without),
+        checked=arguments.checked,
+        held=arguments.held,
     )
 
 
@@ -149,9 +166,21 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     """Of the clip's last frame, which has all the history there is, and in the network's colours.
 
     The paper's is 1 − SSIM plus a perceptual term, whose weights are not part of this project: L1 is in its place.
+    Networks with a checked history learn from the last two frames, by losses.Followed and 1 − SSIM.
     """
-    state = None
-    for frame, ahead in zip(frames, network.ahead(frames)):
+    *early, before_last, last = zip(frames, network.ahead(frames))
+    state = []
+    for frame, ahead in early:
+        state = network.maps(frame, state, ahead)[2]
+    if network.checked:
+        followed, inside = losses.Followed(reference[-2:]), {}
+        if network.held:  # the reference, in place of an output that would cost as much as the others
+            state = [reference[len(early) - 1], *state]
+        for frame, ahead in (before_last, last):
+            output, state = network.step(frame, state, ahead, inside)
+            followed.add(output, network.place(ahead), inside.get("excess"))
+        return (criterion or losses.ssim)(output, reference[-1]) + followed.mean()
+    for frame, ahead in (before_last, last):
         current, history, state = network.maps(frame, state, ahead)
     output = network.network_output(current, history)
     wanted = operators.ycbcr(reference[-1]) if network.network_color == "ycbcr" else reference[-1]
@@ -160,11 +189,13 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
     facts = {"previous_frames": network.previous_frames, "network_color": network.network_color}
+    facts.update(checks.metadata_of(network))
     return model_file.plain_tensors(network, half, facts)
 
 
 def load_model(tensors, metadata):
     width = tensors["unet.enc1.1.bias"].shape[0]
     network = Nsrr(int(metadata["scale"]), int(metadata["previous_frames"]), width, metadata["network_color"])
+    network.checked, network.held = checks.options_of(metadata).values()
     network.load_state_dict(tensors)
     return network

@@ -34,7 +34,8 @@ class EnssNetwork(nn.Module):
         super().__init__()
         self.network = network
         with torch.no_grad():
-            kernels = enss.split_kernels(network.kernels([jitter])[0], network.scale, network.features)
+            vector = network.kernels([jitter])[0]
+            kernels = enss.split_kernels(vector, network.scale, network.features, network.checked)
         self.kernels = nn.ParameterDict({name.replace(".", "_"): tensor for name, tensor in kernels.items()})
 
     def forward(self, x):
@@ -140,6 +141,8 @@ def state_after_reset(network, frame):
 
 def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
+    if getattr(network, "checked", False) or getattr(network, "held", False):
+        raise SystemExit("a frame with a checked history or a held range has no ONNX graph; --part network has")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
     if network.pipeline in ("srpo", "stack"):
         return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
@@ -165,7 +168,7 @@ def network_graph(network, frame):
 
     s = network.scale
     if network.pipeline == "enss":
-        return Graph(EnssNetwork(network, frame.jitter), {"x": noise(6 + 4 * s * s)}, ["predictions"])
+        return Graph(EnssNetwork(network, frame.jitter), {"x": noise(6 + network.checked + 4 * s * s)}, ["predictions"])
     if network.pipeline == "nsrr":
         n = network.previous_frames
         inputs = {"z": noise(4), "raw": noise(4 + 4 * n, s), "maps": noise(12 * (1 + n), s)}

@@ -11,7 +11,7 @@ Each is a module with
   where they are missing, that is the scale and the tensors as the network calls them.
 
 A network has `pipeline`, its model files', of which FILES has the last two functions; `scale`; `ahead(frames)`, one
-value a frame of whatever needs no history; and `step(frame, state, ahead, inside)`, which returns the output
+value a frame of whatever needs no history; where history may be checked, `place(ahead)`, the history.Place of it; and `step(frame, state, ahead, inside)`, which returns the output
 [N, 3, H, W] and the new state.
 """
 

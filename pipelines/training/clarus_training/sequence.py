@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO as oiio
 import torch
 
-from . import operators
+from . import history, operators
 from .frame import Frame
 
 
@@ -37,7 +37,16 @@ class Sequence:
         self._shape = (len(self.frames), *self.facts["render_size"][::-1])
         self.has_references = all("reference" in frame for frame in self.frames)
         names = ["color", "depth", "motion"] + ["reference"] * self.has_references
-        cache = os.path.join(directory, f".arrays-{os.stat(path).st_mtime_ns}")
+        self._written = os.stat(path).st_mtime_ns
+        self._load("arrays", names)
+
+    def follow(self):
+        """Adds `followed` [T, H, W, 2], float16 in output pixels, and `validity` [T, h, w]: see history.follow."""
+        self._load("history", ["followed", "validity"])
+
+    def _load(self, kind, names):
+        """Sets attributes to arrays that are decoded where they are not there yet."""
+        cache = os.path.join(self.directory, f".{kind}-{self._written}")
         if not os.path.isdir(cache):
             temporary = f"{cache}.{os.getpid()}.part"
             os.mkdir(temporary)
@@ -120,6 +129,19 @@ class Sequence:
                 motion = motion + np.float32(self.jitter[t - 1]) - np.float32(self.jitter[t])
             frames.append(motion)
         return np.stack(frames)
+
+    def _checked(self, t):
+        return history.checked_motion(self.images("motion", t), self.images("depth", t), self.jitter[t])
+
+    def _decode_followed(self):
+        def followed(t):
+            depth = self.images("depth", t)
+            return history.reproject(self._checked(t), depth, self.scale, self.motion_jitter[t])[0].movedim(0, 2)
+
+        return np.stack([followed(t).half().numpy() for t in range(len(self))])
+
+    def _decode_validity(self):
+        return np.stack([history.validity(self._checked(t))[0, 0].byte().numpy() for t in range(len(self))])
 
 
 def read_pixels(path):

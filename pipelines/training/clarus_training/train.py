@@ -48,6 +48,8 @@ def parse():
     parser.add_argument("--mlp-rate", type=float, default=0.05, help="enss: the MLP's share of the learning rate")
     without = "leave this out: " + "; ".join(f"{name}: {', '.join(each)}" for name, each in ABLATIONS.items())
     parser.add_argument("--without", nargs="+", choices=sum(ABLATIONS.values(), ()), default=[], help=without)
+    parser.add_argument("--checked", action="store_true", help="enss, mnss, nsrr: history = checked (docs/history.md)")
+    parser.add_argument("--held", action="store_true", help="enss, mnss, nsrr: range = held")
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -55,6 +57,7 @@ def parse():
     parser.add_argument("--crop", type=int, default=64, help="edge of a crop, in render pixels")
     parser.add_argument("--no-turns", action="store_true", help="neither mirror nor transpose the images")
     parser.add_argument("--no-tints", action="store_true", help="leave colours as they are")
+    parser.add_argument("--events", action="store_true", help="clips with cuts, fades, flat pictures and bars")
     parser.add_argument("--rate", type=float, help="in place of the pipeline's own")
     parser.add_argument("--last-rate", type=float, default=1e-5)
     parser.add_argument("--decay", type=float, default=0.0, help="AdamW's weight decay")
@@ -241,8 +244,9 @@ def main():
     sequences = usable("--data", arguments.data, arguments.scale)
     held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
-    turn, tint = not arguments.no_turns, not arguments.no_tints
-    clips = [dataset.Clips(sequences, length, arguments.crop, turn, tint) for length in lengths]
+    kind = dict(turn=not arguments.no_turns, tint=not arguments.no_tints, eventful=arguments.events)
+    checked = getattr(training.network, "checked", False)
+    clips = [dataset.Clips(sequences, length, arguments.crop, checked=checked, **kind) for length in lengths]
 
     with LogTable(os.path.join(arguments.output, "log.csv"), training.iteration) as log, told_to_end() as told:
         now, last_saved = time.monotonic(), training.elapsed

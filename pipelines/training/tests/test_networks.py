@@ -189,7 +189,7 @@ class Networks(unittest.TestCase):
         clip = frames(3)
         maps = [
             operators.zero_upsample(previous, 2, each.jitter)
-            for each, (_, previous) in zip(clip, network.ahead(clip))
+            for each, ((_, previous), _) in zip(clip, network.ahead(clip))
         ]
         motions = [operators.upsample_motion(each.motion, 2, each.motion_jitter) for each in clip]
         state = None

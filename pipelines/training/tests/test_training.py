@@ -132,6 +132,35 @@ class Data(WithData):
             resampled = operators.keys_upsample(frames[0].color, 2, frames[0].jitter)
             self.assertLess((resampled - reference[0])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
 
+    def test_checked_clips_know_their_history_also_when_turned(self):
+        found = sequence.find([self.path])
+        chance = random.Random(4)
+        clips = dataset.Clips(found, 4, 16, turn=True, tint=False, checked=True)
+        for _ in range(8):
+            frames, reference = clips.batch(1, chance)
+            for t, frame in enumerate(frames[1:], 1):
+                self.assertEqual(frame.followed.shape, (1, 2, 32, 32))
+                self.assertEqual(frame.validity[..., 4:-4, 4:-4].min(), 1)
+                warped = operators.warp(reference[t - 1], frame.followed, "clamp", 0)
+                self.assertLess((warped - reference[t])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
+
+    def test_events_befall_input_and_reference_alike(self):
+        clips = dataset.Clips(sequence.find([self.path]), 6, 16, turn=False, tint=False, eventful=True, checked=True)
+        chance, unmarked_cuts, flats = random.Random(5), 0, 0
+        for _ in range(60):
+            frames, reference = clips.batch(2, chance)
+            for t, frame in enumerate(frames):
+                resampled = operators.keys_upsample(frame.color, 2, frame.jitter)
+                difference = (resampled - reference[t]).abs()
+                # A bar's edge is not smooth: no more than its rows or columns differ.
+                self.assertLess(difference.median().item(), 0.02)
+                flats += (frame.color.flatten(2).std(dim=2) == 0).all(dim=1).sum().item()
+                if t:
+                    jump = (reference[t] - reference[t - 1]).abs().mean(dim=(1, 2, 3)) > 0.3
+                    unmarked_cuts += (jump & (frame.validity.mean(dim=(1, 2, 3)) > 0.5)).sum().item()
+        self.assertGreater(flats, 10)
+        self.assertGreater(unmarked_cuts, 5)
+
     def test_crops_keep_their_dilated_motion(self):
         (whole,) = sequence.find([self.path])
         frames, _ = dataset.Clips([whole], 2, 8, turn=False, tint=False).batch(1, random.Random(3))

@@ -1,0 +1,224 @@
+"""History that is checked, and range that is held: docs/history.md, on batches [N, C, H, W].
+
+`jitter` is a pair of floats shared by the batch, or a tensor [N, 2] with a pair for each image.
+"""
+
+from typing import NamedTuple, Optional
+
+import torch
+import torch.nn.functional as F
+
+from . import operators
+
+OPTIONS = {"history": ("plain", "checked"), "range": ("unit", "held")}
+SPLAT = 0.1  # the least bilinear weight with which a pixel's depth reaches one of the previous frame
+NEARER = 0.02  # of the depth: what is nearer by more has hidden a surface, also where it does not slope
+DEPTH_STEP = 2.0**-16  # of a 16-bit depth
+SILHOUETTE_DEPTH = 0.1  # of the smallest depth
+SILHOUETTE_MOTION = 0.25  # render pixels
+COUNTED = 1e-3  # the least weight along an axis of a tap that counts
+
+
+def options_of(metadata):
+    """What a model file asks for, as keywords of a network: `checked`, `held`."""
+    for key, values in OPTIONS.items():
+        if metadata.get(key, values[0]) not in values:
+            raise SystemExit(f"metadata {key} is {metadata[key]}; known: {', '.join(values)}")
+    return dict(checked=metadata.get("history") == "checked", held=metadata.get("range") == "held")
+
+
+def metadata_of(network):
+    """The inverse: nothing for a network that is as published."""
+    facts = {"history": "checked"} if network.checked else {}
+    return {**facts, **({"range": "held"} if network.held else {})}
+
+
+def coordinates(like, jitter):
+    """Index coordinates [N or 1, 1, h, w] of the image's samples along x and y."""
+    height, width = like.shape[-2:]
+    shift = torch.as_tensor(jitter, dtype=like.dtype, device=like.device).reshape(-1, 2, 1, 1, 1)
+    x = torch.arange(width, dtype=like.dtype, device=like.device) + shift[:, 0]
+    y = torch.arange(height, dtype=like.dtype, device=like.device)[:, None] + shift[:, 1]
+    return x.expand(-1, 1, height, width), y.expand(-1, 1, height, width)
+
+
+def taps(x, y, size):
+    """The four pixels around index coordinates in an image of that (height, width): index, weight, whether inside."""
+    height, width = size
+    # Far coordinates would not fit an integer; two pixels outside are as far out as any.
+    x, y = x.clamp(-2, width + 1), y.clamp(-2, height + 1)
+    first_x, first_y = x.floor(), y.floor()
+    right, below = x - first_x, y - first_y
+    first_x, first_y = first_x.long(), first_y.long()
+    for row, weight_y in ((first_y, 1 - below), (first_y + 1, below)):
+        for column, weight_x in ((first_x, 1 - right), (first_x + 1, right)):
+            inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
+            index = row.clamp(0, height - 1) * width + column.clamp(0, width - 1)
+            yield index, weight_x * weight_y, inside
+
+
+def is_valid(motion):
+    return torch.isfinite(motion).all(dim=1, keepdim=True)
+
+
+def previous_depth(motion, depth, jitter):
+    """The depth of what this frame shows, where it was in the previous one [N, 1, h, w]; 1 where nothing was."""
+    valid = is_valid(motion)
+    moved = motion.masked_fill(~valid, 0)
+    x, y = (place + moved[:, i : i + 1] for i, place in enumerate(coordinates(depth, jitter)))
+    result = torch.ones_like(depth).flatten(1)
+    for index, weight, inside in taps(x, y, depth.shape[-2:]):
+        reached = valid & inside & (weight > SPLAT)
+        source = torch.where(reached, depth, torch.ones_like(depth))
+        result = result.scatter_reduce(1, index.flatten(1), source.flatten(1), "amin")
+    return result.view_as(depth)
+
+
+def slopes(depth):
+    """A surface's own slope along x and along y, added up: the smaller of the differences to both neighbours."""
+    total = torch.zeros_like(depth)
+    for axis in (2, 3):
+        size = depth.shape[axis]
+        if size == 1:
+            continue
+        step = (depth.narrow(axis, 1, size - 1) - depth.narrow(axis, 0, size - 1)).abs()
+        before = torch.cat((step.narrow(axis, 0, 1), step), dim=axis)
+        after = torch.cat((step, step.narrow(axis, size - 2, 1)), dim=axis)
+        total = total + torch.minimum(before, after)
+    return total
+
+
+def checked_motion(motion, depth, jitter, previous=None):
+    """Motion with NaN where the previous frame did not show the surface."""
+    previous = previous_depth(motion, depth, jitter) if previous is None else previous
+    height, width = depth.shape[-2:]
+    valid = is_valid(motion)
+    moved = motion.masked_fill(~valid, 0)
+    x, y = (place + moved[:, i : i + 1] for i, place in enumerate(coordinates(depth, jitter)))
+    on_screen = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
+    least = depth - (NEARER * depth + 2 * slopes(depth) + DEPTH_STEP)
+    seen, nearer = torch.zeros_like(depth), torch.zeros_like(depth)
+    for index, weight, inside in taps(x, y, (height, width)):
+        weight = weight * inside
+        seen = seen + weight
+        before = previous.flatten(1).gather(1, index.flatten(1)).view_as(depth)
+        nearer = nearer + weight * (before < least)
+    return motion.masked_fill(~(valid & on_screen & (nearer <= 0.5 * seen)), float("nan"))
+
+
+def validity(motion):
+    return is_valid(motion).to(motion.dtype)
+
+
+def output_coordinates(like, scale, size, jitter):
+    """Index coordinates [N or 1, 1, H, W] in a render-resolution image of the pixels of an output of that size."""
+    shift = torch.as_tensor(jitter, dtype=torch.float64, device=like.device).reshape(-1, 2, 1, 1, 1)
+    along = [(torch.arange(n, dtype=torch.float64, device=like.device) + 0.5) / scale - 0.5 for n in size]
+    shape = (shift.shape[0], 1, *size)
+    return (along[1] - shift[:, 0]).expand(shape).to(like.dtype), (along[0][:, None] - shift[:, 1]).expand(shape).to(like.dtype)
+
+
+def output_size(like, scale):
+    return tuple(int(n * scale + 0.5) for n in like.shape[-2:])
+
+
+def reproject(motion, depth, scale, motion_jitter, size=None):
+    """Motion of output pixels, in output pixels; NaN where there is no history."""
+    batch, _, height, width = depth.shape
+    size = size or output_size(depth, scale)
+    u, v = output_coordinates(depth, scale, size, motion_jitter)
+    x, y = u.clamp(0, width - 1), v.clamp(0, height - 1)
+    first_x, first_y = x.floor(), y.floor()
+    right, below = x - first_x, y - first_y
+    columns = first_x.long(), (first_x.long() + 1).clamp(max=width - 1)
+    rows = first_y.long(), (first_y.long() + 1).clamp(max=height - 1)
+    packed = torch.cat((motion, depth), dim=1).flatten(2)
+    # Running choices over the four taps, in raster order: the first of equals stays.
+    mean = torch.zeros(batch, 2, *size, dtype=depth.dtype, device=depth.device)
+    low, high = mean + float("inf"), mean - float("inf")
+    farthest, all_valid = mean[:, :1] - 1, torch.ones_like(mean[:, :1], dtype=torch.bool)
+    foremost_depth, foremost = mean[:, :1] + 2, mean
+    most, largest = mean[:, :1] - 1, mean
+    for row, weight_y in ((rows[0], 1 - below), (rows[1], below)):
+        for column, weight_x in ((columns[0], 1 - right), (columns[1], right)):
+            index = (row * width + column).flatten(2).expand(batch, 3, -1)
+            tap = packed.gather(2, index).view(batch, 3, *size)
+            vector, distance = tap[:, :2], tap[:, 2:]
+            counts, weight = (weight_x > COUNTED) & (weight_y > COUNTED), weight_x * weight_y
+            valid = is_valid(vector)
+            known = counts & valid
+            mean = mean + torch.where(known, weight * vector, torch.zeros_like(vector))
+            low = torch.where(known, torch.minimum(low, vector), low)
+            high = torch.where(known, torch.maximum(high, vector), high)
+            all_valid = all_valid & (valid | ~counts)
+            farthest = torch.where(counts, torch.maximum(farthest, distance), farthest)
+            nearer = counts & (distance < foremost_depth)
+            foremost_depth = torch.where(nearer, distance, foremost_depth)
+            foremost = torch.where(nearer, vector, foremost)
+            more = counts & (weight > most)
+            most = torch.where(more, weight, most)
+            largest = torch.where(more, vector, largest)
+    apart = ((high - low) > SILHOUETTE_MOTION).any(dim=1, keepdim=True)
+    silhouette = apart & (farthest - foremost_depth > SILHOUETTE_DEPTH * foremost_depth)
+    return scale * torch.where(silhouette, foremost, torch.where(all_valid, mean, largest))
+
+
+def extremes(color):
+    """The least and the greatest of each pixel's 3×3 neighbourhood, without what is outside the image."""
+    return -F.max_pool2d(-color, 3, 1, 1), F.max_pool2d(color, 3, 1, 1)
+
+
+def nearest(image, scale, size, jitter):
+    """Every output pixel's nearest sample."""
+    batch, channels, height, width = image.shape
+    u, v = output_coordinates(image, scale, size, jitter)
+    column = (u.clamp(0, width - 1) + 0.5).floor().long()
+    row = (v.clamp(0, height - 1) + 0.5).floor().long()
+    if column.shape[0] == 1:
+        return image[:, :, row[0, 0, :, 0]][:, :, :, column[0, 0, 0]]
+    index = (row * width + column).flatten(2).expand(batch, channels, -1)
+    return image.flatten(2).gather(2, index).view(batch, channels, *size)
+
+
+def hold(image, color, history, scale, jitter):
+    """The image within what the frame's neighbourhood and the history show, channel by channel."""
+    low, high = (nearest(each, scale, image.shape[-2:], jitter) for each in extremes(color))
+    low, high = torch.minimum(low, history), torch.maximum(high, history)
+    return torch.minimum(torch.maximum(image, low), high)
+
+
+class Place(NamedTuple):
+    """Where a frame's history is found: `grid` as operators.sample takes it."""
+
+    grid: torch.Tensor
+    valid: Optional[torch.Tensor]  # output pixels that have one [N, 1, H, W]; None: all
+    validity: Optional[torch.Tensor] = None  # where it is checked: of render pixels
+
+    def warp(self, image, border, fallback):
+        warped = operators.sample(image, self.grid, border)
+        return warped if self.valid is None else torch.where(self.valid, warped, torch.as_tensor(fallback).to(warped))
+
+    def has_history(self):
+        """As numbers, [N, 1, H, W]."""
+        return torch.ones_like(self.grid[:, None, ..., 0]) if self.valid is None else self.valid.to(self.grid)
+
+
+def places(frames, scale, checked=True):
+    """Of every frame, all frames at once: by `reproject`, or by every pixel's own motion where it is not checked."""
+    if checked:
+        motion, validities = (torch.cat(parts) for parts in zip(*(followed(frame, scale) for frame in frames)))
+        validities = validities.chunk(len(frames))
+    else:
+        motion = torch.cat([operators.upsample_motion(f.motion, scale, f.motion_jitter) for f in frames])
+        validities = [None] * len(frames)
+    grid, valid = operators.warp_grid(motion)
+    valid = [None] * len(frames) if valid is None else valid.chunk(len(frames))
+    return [Place(*parts) for parts in zip(grid.chunk(len(frames)), valid, validities)]
+
+
+def followed(frame, scale):
+    """`reproject` and `validity` of a frame."""
+    if frame.followed is not None:
+        return frame.followed, frame.validity
+    checked = checked_motion(frame.motion, frame.depth, frame.jitter)
+    return reproject(checked, frame.depth, scale, frame.motion_jitter), validity(checked)
