@@ -207,6 +207,17 @@ TEST_CASE("A world that is made up: what moves by itself has exact vectors, too"
     check_light(footage);
 }
 
+TEST_CASE("Action: things that spin, roll, swing and walk have exact vectors, among fences and in front of patterns") {
+    int moving = 0;
+    for (const char* name : {"action:2", "action:7", "action:901"}) {
+        CAPTURE(name);
+        const Footage footage(make_world(name, 1), 3);
+        moving += check_geometry(footage).moving;
+        check_light(footage);
+    }
+    CHECK(moving > 500);
+}
+
 TEST_CASE("A race track: cars and wheels that turn, the same each time") {
     const std::string name = "torcs:a-speedway";
     std::optional<World> world = world_if_installed(name);
