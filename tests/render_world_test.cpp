@@ -169,6 +169,7 @@ TEST_CASE("Action: the same name and path give the same pictures; what is held o
             CHECK(disjoint(a.patterns, b.patterns));
             CHECK(disjoint(a.actors, b.actors));
             CHECK(disjoint(a.screens, b.screens));
+            CHECK(disjoint(a.cloths, b.cloths));
         }
     }
 }

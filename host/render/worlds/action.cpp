@@ -3,6 +3,7 @@
 #include <string>
 
 #include "render/worlds/action_actors.h"
+#include "render/worlds/action_cloths.h"
 #include "render/worlds/action_film.h"
 #include "render/worlds/action_set.h"
 #include "render/worlds/seed.h"
@@ -26,6 +27,13 @@ World make_action_world(uint64_t seed, int path) {
         const double distance =
             kind == ActionActor::passer_by ? random.uniform(1.1, 2) : 2.4 + 6.2 * (i + random.uniform(0, 0.5)) / count;
         add_action_actor(*scene, random, paint, kind, distance, statics);
+    }
+    Random wind(seed_of("cloths of action", seed));
+    ActionPaint dye(*scene, wind, kinds.patterns, dark ? 1.0f : 0.0f);
+    for (int i = wind.below(3); i > 0; --i) {
+        const ActionCloth kind = kinds.cloths[static_cast<size_t>(wind.below(static_cast<int>(kinds.cloths.size())))];
+        const double distance = 2.4 + 6.2 * (wind.below(count) + 0.75) / count;  // between two actors
+        add_action_cloth(*scene, wind, dye, kind, distance, statics);
     }
     scene->add_static(statics);
     scene->build();

@@ -11,6 +11,8 @@ namespace clarus::render {
 enum class ActionPattern { print, bricks, checks, stripes, dots, blocks, rings, zigzag, scales, table };
 /// What moves on its own.
 enum class ActionActor { ball, box, wheel, pendulum, fan, label, passer_by, wire, gear, cage, star, ladder };
+/// Cloth in the wind.
+enum class ActionCloth { flag, curtain, ribbon };
 /// What is seen through, before the wall.
 enum class ActionScreen { chain_link, louvres, foliage, wires, netting, beads, trellis };
 
@@ -22,6 +24,7 @@ struct ActionKinds {
     std::span<const ActionPattern> patterns;
     std::span<const ActionActor> actors;
     std::span<const ActionScreen> screens;
+    std::span<const ActionCloth> cloths;
 };
 ActionKinds action_kinds(uint64_t seed);
 

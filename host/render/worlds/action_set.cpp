@@ -279,7 +279,7 @@ class Builder {
 
 ActionLight any_action_light(Random& random) {
     using enum ActionLight;
-    constexpr std::array lights = {day, day, day, dusk, dusk, night, night, night, dark_room, dark_room, bright_room};
+    constexpr std::array lights = {day, day, day, day, dusk, dusk, night, night, dark_room, dark_room, bright_room};
     return lights[static_cast<size_t>(random.below(static_cast<int>(lights.size())))];
 }
 
@@ -302,7 +302,7 @@ void light_action_set(Scene& scene, Random& random, ActionLight light) {
         case ActionLight::dusk: {
             environment.sun = V3f(2.6f, 1.2f, 0.4f);
             environment.horizon = V3f(1.1f, 0.45f, 0.25f) * between(0.6, 1.3);
-            environment.zenith = V3f(0.5f, 0.4f, 0.55f);
+            environment.zenith = V3f(0.8f, 0.65f, 0.75f);
             // Blended, so that it shades nothing and has the sky's depth and motion.
             Mesh sun{.material =
                          scene.add_material({.texture = std::make_shared<Texture>(0,
@@ -317,16 +317,16 @@ void light_action_set(Scene& scene, Random& random, ActionLight light) {
         }
         case ActionLight::night:
             environment.sun = V3f(0.1f, 0.12f, 0.2f);
-            environment.zenith = tint * between(0.08, 0.4);
+            environment.zenith = tint * between(0.25, 1);
             environment.horizon = tint * between(0.04, 0.2);
-            environment.ground = tint * between(0.04, 0.2);
+            environment.ground = tint * between(0.1, 0.4);
             environment.clouds = no_clouds();
             break;
         case ActionLight::dark_room:
             environment.sun *= 0.8f;
-            environment.zenith = tint * between(0.3, 1.2);
+            environment.zenith = tint * between(0.7, 2.5);
             environment.horizon = tint * 0.2f;
-            environment.ground = tint * between(0.1, 0.5);
+            environment.ground = tint * between(0.2, 0.7);
             break;
         case ActionLight::bright_room:
             environment.sun = V3f(1.6f);
