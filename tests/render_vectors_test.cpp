@@ -96,6 +96,18 @@ void check_images(const Movement& movement, const io::Pixels& depth, const io::P
     CHECK(worst_depth < 1e-6);
 }
 
+/// As square_scene, but that the square's vertices move.
+std::unique_ptr<Scene> deforming_scene(const Motion& motion) {
+    auto scene = std::make_unique<Scene>();
+    scene->environment = even_light();
+    const Mesh mesh = square(scene->add_material({.texture = plain()}), half_side);
+    scene->add_deforming(mesh, [motion, rest = mesh.positions](double seconds, std::span<Imath::V3f> positions) {
+        for (size_t i = 0; i < positions.size(); ++i) positions[i] = Imath::V3f(V3d(rest[i]) * motion(seconds));
+    });
+    scene->build();
+    return scene;
+}
+
 void check_vectors(const Movement& movement, bool motion_at_centre = false) {
     const auto scene = square_scene(movement.motion);
     RenderSettings settings = small_settings();
@@ -149,6 +161,25 @@ TEST_CASE("motion vectors are right with everything moving at once, from odd pla
         return rotation({0.3 * t, 0.8 * t, 5 * t}) * translation({t, -0.6 * t, 0.5 * t});
     };
     for (const bool at_centre : {false, true}) check_vectors({in_front(4), turned, tumbling}, at_centre);
+}
+
+TEST_CASE("motion vectors of a mesh that changes its shape are those of its vertices' places") {
+    const auto check = [](const Movement& movement) {
+        if (!movement.motion) return;
+        const auto scene = deforming_scene(movement.motion);
+        const RenderedFrame frame = render_frame(*scene, movement.frame(), jitter, small_settings());
+        check_images(movement, frame.depth, frame.motion, false, small_settings().far_plane);
+        // The time before must leave no trace.
+        render_frame(*scene, {movement.camera, movement.camera, 5, 4}, jitter, small_settings());
+        const RenderedFrame again = render_frame(*scene, movement.frame(), jitter, small_settings());
+        CHECK(again.color.values == frame.color.values);
+        CHECK(again.motion.values == frame.motion.values);
+    };
+    for_each_movement(check);
+    const auto sheared_and_stretched = [](double t) {
+        return M44d(1 + 0.3 * t, 0.2 * t, 0, 0, -0.4 * t, 1 - 0.2 * t, 0.1 * t, 0, 0, 0, 1, 0, 0.1, 0.2, 0.3 * t, 1);
+    };
+    check({in_front(4), in_front(4.1), sheared_and_stretched});
 }
 
 TEST_CASE("what the readers give back of jittered vectors is as exact, wherever they are sampled") {

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "clarus/error.h"
+#include "render/worlds/action_film.h"
+#include "render/worlds/action_kinds.h"
 #include "render/worlds/demo_scene.h"
 #include "render/worlds/film.h"
 #include "render/worlds/probe.h"
@@ -150,6 +152,54 @@ TEST_CASE("Worlds that are made up: the same name and path give the same picture
     const std::vector<RenderedFrame> other = pictures(make_world("procedural:5", 2));
     check_worth_seeing(other);
     CHECK_FALSE(same(frames, other));
+}
+
+TEST_CASE("Action: the same name and path give the same pictures; what is held out shares no kind with what is not") {
+    const std::vector<RenderedFrame> frames = pictures(make_world("action:1", 0));
+    check_worth_seeing(frames);
+    CHECK(same(frames, pictures(make_world("action:1", 0))));
+    CHECK_FALSE(same(frames, pictures(make_world("action:2", 0))));
+    CHECK_FALSE(same(frames, pictures(make_world("action:1", 1))));
+    const auto disjoint = [](const auto& a, const auto& b) {
+        return std::ranges::none_of(a, [&](auto kind) { return std::ranges::find(b, kind) != b.end(); });
+    };
+    for (const uint64_t seed : {0, 1, 40, 899}) {
+        for (const uint64_t reserved : {900, 901, 100000}) {
+            const ActionKinds a = action_kinds(seed), b = action_kinds(reserved);
+            CHECK(disjoint(a.patterns, b.patterns));
+            CHECK(disjoint(a.actors, b.actors));
+            CHECK(disjoint(a.screens, b.screens));
+            CHECK(disjoint(a.cloths, b.cloths));
+        }
+    }
+}
+
+TEST_CASE("Action films: every frame continues the one before; most stop together, some cut") {
+    int stopped = 0, all_stopped = 0, cuts = 0;
+    constexpr int films = 60;
+    for (int number = 0; number < films; ++number) {
+        CAPTURE(number);
+        Random random(static_cast<uint64_t>(number));
+        const ActionFilm film(random);
+        const FrameState last = film(ActionFilm::turn_frames - 1);
+        stopped += last.seconds == last.previous_seconds;
+        all_stopped += last.seconds == last.previous_seconds && equal(last.camera, last.previous_camera);
+        for (int i = 1; i < 3 * ActionFilm::turn_frames; ++i) {
+            const FrameState now = film(i), before = film(i - 1);
+            cuts += now.cut;
+            CHECK(equal(now.previous_camera, now.cut ? now.camera : before.camera));
+            CHECK(now.previous_seconds == doctest::Approx(before.seconds));
+            const double passed = now.seconds - now.previous_seconds;
+            CHECK(passed >= 0);
+            CHECK(passed <= 1.0 / 15 + 1e-9);
+            if (i < ActionFilm::moving_frames - 6) CHECK(passed >= 1.0 / 120 - 1e-9);
+        }
+    }
+    CHECK(stopped > films / 2);
+    CHECK(stopped < films);
+    CHECK(all_stopped > films / 4);
+    CHECK(all_stopped < stopped);
+    CHECK(cuts > 0);
 }
 
 TEST_CASE("The demo by its name is the demo") {

@@ -166,12 +166,11 @@ class FrameRenderer {
     }
 
     V2d motion_at(const V2d& point, const Sample& sample) const {
-        const V3d direction = camera_.direction(point);
         if (!sample.part) {
+            const V3d direction = camera_.direction(point);
             if ((direction ^ previous_.forward()) > 0) return previous_.project_direction(direction) - point;
-        } else {
-            const V3d before = (camera_.position() + direction * sample.view_distance) * sample.part->to_previous;
-            if (previous_.view_distance(before) > 0) return previous_.project(before) - point;
+        } else if (previous_.view_distance(sample.before) > 0) {
+            return previous_.project(sample.before) - point;
         }
         // It was behind the camera: longer than the image's diagonal, so invalid.
         return {4 * camera_.project_direction(camera_.forward()).length() + 1, 0};

@@ -25,6 +25,23 @@ std::array<V3f, 2> uv_gradient(const Mesh& mesh, const std::array<uint32_t, 3>& 
     return {dual1 * d1.x + dual2 * d2.x, dual1 * d1.y + dual2 * d2.y};
 }
 
+std::vector<std::array<V3f, 2>> uv_gradients(const Mesh& mesh) {
+    std::vector<std::array<V3f, 2>> gradients;
+    for (const auto& triangle : mesh.triangles) gradients.push_back(uv_gradient(mesh, triangle));
+    return gradients;
+}
+
+/// Of the vertices: the means of their triangles', larger ones more.
+void set_smooth_normals(Mesh& mesh) {
+    mesh.normals.assign(mesh.positions.size(), V3f(0));
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const V3f& corner = mesh.positions[a];
+        const V3f normal = (mesh.positions[b] - corner) % (mesh.positions[c] - corner);
+        for (const uint32_t vertex : {a, b, c}) mesh.normals[vertex] += normal;
+    }
+    for (V3f& normal : mesh.normals) normal.normalize();
+}
+
 void share_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, const void* data, size_t stride,
                   size_t count) {
     rtcSetSharedGeometryBuffer(geometry, type, 0, format, data, 0, stride, count);
@@ -69,6 +86,16 @@ void Scene::add_moving(Model model, Motion motion) {
     parts_.push_back(std::move(part));
 }
 
+void Scene::add_deforming(Mesh mesh, Deformation deformation) {
+    auto part = std::make_unique<Part>();
+    deformation(0, mesh.positions);
+    set_smooth_normals(mesh);
+    part->previous_positions = mesh.positions;
+    part->model.push_back(std::move(mesh));
+    part->deformation = std::move(deformation);
+    parts_.push_back(std::move(part));
+}
+
 void Scene::build() {
     solid_root_ = rtcNewScene(device_);
     size_t vertices = 0;
@@ -89,8 +116,7 @@ void Scene::build_part(unsigned index) {
         // Embree reads 16 bytes at a time: three floats at the end of the buffer need one to spare.
         mesh.positions.reserve(mesh.positions.size() + 1);
         add_geometry(material(mesh.material).blended ? part.blended : part.solid, part, i);
-        auto& gradients = part.uv_gradients.emplace_back();
-        for (const auto& triangle : mesh.triangles) gradients.push_back(uv_gradient(mesh, triangle));
+        part.uv_gradients.push_back(uv_gradients(mesh));
     }
     instantiate(part.solid, solid_root_, index);
     if (!part.blended.scene) return;
@@ -125,8 +151,21 @@ void Scene::instantiate(EmbreeInstance& instance, RTCScene& root, unsigned part)
     rtcAttachGeometryByID(root, instance.instance, part);
 }
 
+void Scene::deform(Part& part, double seconds, double previous_seconds) {
+    Mesh& mesh = part.model.front();
+    part.deformation(seconds, mesh.positions);
+    part.deformation(previous_seconds, part.previous_positions);
+    set_smooth_normals(mesh);
+    part.uv_gradients.front() = uv_gradients(mesh);
+    RTCGeometry geometry = rtcGetGeometry(part.solid.scene, 0);
+    rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry);
+    commit_on_one_thread(part.solid.scene);
+}
+
 void Scene::set_time(double seconds, double previous_seconds) {
     for (const auto& part : parts_) {
+        if (part->deformation) deform(*part, seconds, previous_seconds);
         const Imath::M44d now = part->motion ? part->motion(seconds) : Imath::M44d();
         const Imath::M44d before = part->motion ? part->motion(previous_seconds) : Imath::M44d();
         part->to_object = now.inverse();

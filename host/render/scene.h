@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "render/mesh.h"
@@ -38,8 +39,8 @@ struct Environment {
     float haze = 0;  // share of light lost a metre
 };
 
-/// What is drawn: a static part and rigid moving parts. Add everything, `build` once, then `set_time` a frame.
-/// The same additions give the same pictures, bit by bit.
+/// What is drawn: a static part, rigid moving parts, and meshes that change their shape. Add everything, `build` once,
+/// then `set_time` a frame. The same additions give the same pictures, bit by bit.
 class Scene {
   public:
     struct EmbreeInstance {
@@ -49,6 +50,9 @@ class Scene {
 
     /// From the object's space to the world: rotation and translation, for row vectors (p · M).
     using Motion = std::function<Imath::M44d(double seconds)>;
+
+    /// Puts a mesh's vertices where they are at a time, in world space, in the mesh's order.
+    using Deformation = std::function<void(double seconds, std::span<Imath::V3f> positions)>;
 
     /// A part of the scene that moves as one, with what shading needs of it at the time that is set.
     struct Part {
@@ -60,6 +64,10 @@ class Scene {
         std::vector<std::vector<float>> openness;
         /// Empty: static, in world space.
         Motion motion;
+        /// Empty: the part keeps its shape. Otherwise it is one mesh in world space without `motion`, whose positions,
+        /// normals and gradients are those of the time set, and these the positions at the previous time.
+        Deformation deformation;
+        std::vector<Imath::V3f> previous_positions;
         /// Of vectors, object to world.
         Imath::M33f rotation;
         /// Of world points at the time set: to the object's space, and to where they were at the previous time.
@@ -77,6 +85,8 @@ class Scene {
     int add_material(Material material);
     void add_static(const Model& model);
     void add_moving(Model model, Motion motion);
+    /// Opaque or cut out. The mesh's own positions do not count; its normals become the means of its triangles'.
+    void add_deforming(Mesh mesh, Deformation deformation);
 
     void build();
     void set_time(double seconds, double previous_seconds);
@@ -95,6 +105,7 @@ class Scene {
     void build_part(unsigned index);
     void add_geometry(EmbreeInstance& instance, Part& part, unsigned mesh);
     void instantiate(EmbreeInstance& instance, RTCScene& root, unsigned part);
+    static void deform(Part& part, double seconds, double previous_seconds);
 
     std::vector<Material> materials_;
     std::vector<std::unique_ptr<Part>> parts_;  // by Embree's instance id; the first is static

@@ -45,6 +45,17 @@ double refined_distance(double distance, const Scene::Part& part, const Mesh& me
     return std::abs(refined - distance) < 1e-3 * distance ? refined : distance;
 }
 
+/// Where a point that is seen on a triangle was at the previous time.
+V3d place_before(const Scene::Part& part, const Mesh& mesh, unsigned triangle, const V3d& point) {
+    if (!part.deformation) return point * part.to_previous;
+    const auto [a, b, c] = mesh.triangles[triangle];
+    const V3d corner(mesh.positions[a]), e1 = V3d(mesh.positions[b]) - corner, e2 = V3d(mesh.positions[c]) - corner;
+    const V3d normal = e1 % e2, offset = point - corner;
+    const double u = ((offset % e2) ^ normal) / (normal ^ normal), v = ((e1 % offset) ^ normal) / (normal ^ normal);
+    const std::vector<V3f>& before = part.previous_positions;
+    return V3d(before[a]) * (1 - u - v) + V3d(before[b]) * u + V3d(before[c]) * v;
+}
+
 bool missed(const RTCHit16& hits, int i) { return hits.geomID[i] == RTC_INVALID_GEOMETRY_ID; }
 
 }  // namespace
@@ -94,8 +105,11 @@ void Tracer::trace_geometry(std::span<const V2d> points, std::span<Sample> sampl
     for (int i = 0; i < rays.count; ++i) {
         if (!rays.valid[i]) continue;
         const Scene::Part& part = *samples[i].part;
-        samples[i].view_distance = refined_distance(samples[i].view_distance, part, part.model[hits.geomID[i]],
-                                                    hits.primID[i], camera_.position(), camera_.direction(points[i]));
+        const Mesh& mesh = part.model[hits.geomID[i]];
+        const V3d &eye = camera_.position(), direction = camera_.direction(points[i]);
+        Sample& sample = samples[i];
+        sample.view_distance = refined_distance(sample.view_distance, part, mesh, hits.primID[i], eye, direction);
+        sample.before = place_before(part, mesh, hits.primID[i], eye + direction * sample.view_distance);
     }
 }
 

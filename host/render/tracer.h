@@ -14,6 +14,7 @@ struct Sample {
     // Of what is opaque, behind all that is blended:
     double view_distance;     // infinite for the sky
     const Scene::Part* part;  // null for the sky
+    Imath::V3d before;        // where it was at the previous time; of trace_geometry, not of the sky
 };
 
 /// Looks at a scene through a camera, a packet of rays at a time. Both must outlive it. Thread-safe.
@@ -28,7 +29,7 @@ class Tracer {
     /// Traces and shades rays through at most packet_size points of the image, in render pixels. Each has its place in
     /// `samples`.
     void trace(std::span<const Imath::V2d> points, const TextureFilter& filter, std::span<Sample> samples) const;
-    /// The same without light, `radiance` is left as it was, and with exact distances.
+    /// The same without light, `radiance` is left as it was, and with exact distances and places before.
     void trace_geometry(std::span<const Imath::V2d> points, std::span<Sample> samples) const;
 
   private:

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/parse.h"
+#include "render/worlds/action.h"
 #include "render/worlds/demo_scene.h"
 #include "render/worlds/interior.h"
 #include "render/worlds/invented.h"
@@ -28,6 +29,7 @@ std::vector<WorldKind> world_kinds() {
     return {
         {"demo", "a small town's square, another one for each path"},
         {"procedural:SEED", "made up from a number: towns, woods, deserts, works, by day and night"},
+        {"action:SEED", "things that move and turn fast before patterned walls, fences and lamps, and stop"},
         {"torcs:TRACK", "race cars on a track of Debian's torcs-data:" + tracks},
         {"interior:SEED", "rooms with furniture of Debian's sweethome3d-furniture"},
         {"FILE", "any model that assimp reads (glTF, OBJ, AC3D, ...), or TORCS' .acc"},
@@ -43,6 +45,7 @@ World make_world(const std::string& name, int path) {
     const std::string kind = name.substr(0, colon), rest = colon == std::string::npos ? "" : name.substr(colon + 1);
     if (colon != std::string::npos) {
         if (kind == "procedural") return make_invented_world(seed_in(name, rest), path);
+        if (kind == "action") return make_action_world(seed_in(name, rest), path);
         if (kind == "torcs") return make_torcs_world(rest, path);
         if (kind == "interior") return make_interior_world(seed_in(name, rest), path);
     }

@@ -1,12 +1,12 @@
 """Lists of sequences to render, as JSON.
 
     [{"name": "demo-1", "scene": "demo", "path": 1, "first_frame": 0, "frames": 24, "size": "320x180",
-      "jitter": "halton:16", "hdr": false, "thin": false,
+      "jitter": "halton:16", "motion_at": "jittered", "depth": "linear", "reversed": false, "hdr": false, "thin": false,
       "segments": [{"frames": [0, 10], "kind": "moving"}, {"frames": [10, 24], "kind": "still"}]}]
 
-Only `name` and `scene` are needed; `jitter` is as `clarus render --jitter` takes it. `segments` say which frames (first,
-and one past the last, counted from the sequence's own 0) move and which stand still, `thin` that the scene has thin
-features. An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
+Only `name` and `scene` are needed; `jitter`, `motion_at` and `depth` are as `clarus render` takes them. `segments` say
+which frames (first, and one past the last, counted from the sequence's own 0) move and which stand still, `thin` that
+the scene has thin features. An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
 
     {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [100, 179]}
 """
@@ -25,6 +25,9 @@ class Entry(NamedTuple):
     jitter: str = "halton:16"
     samples: int = 1
     reference_samples: int = 16
+    motion_at: str = "jittered"
+    depth: str = "linear"
+    reversed: bool = False
     hdr: bool = False
     thin: bool = False
     segments: tuple = ()
@@ -38,7 +41,8 @@ class Entry(NamedTuple):
         command = [clarus, "render", "--scene", self.scene, "--path", self.path, "--size", self.size, "--scale", scale]
         command += ["--frames", self.frames, "--first-frame", self.first_frame, "--jitter", self.jitter]
         command += ["--samples", self.samples, "--reference-samples", self.reference_samples]
-        command += ["--hdr"] if self.hdr else []
+        command += ["--motion-at", self.motion_at, "--depth", self.depth]
+        command += [f"--{flag}" for flag in ("reversed", "hdr") if getattr(self, flag)]
         return [str(word) for word in command + ["--output", output, "--force"]]
 
 

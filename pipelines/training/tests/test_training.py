@@ -270,17 +270,22 @@ class Evaluation(WithData):
         listed = [
             {"name": "one", "scene": "demo", "frames": 5, "segments": segments, "thin": True},
             dict(name="town-{n}", scene="procedural:{n}", path="{n}", n=[7, 9], jitter="halton:99+{n}", hdr=True),
+            dict(name="centre", scene="demo", motion_at="centre", depth="projective", reversed=True),
         ]
         with open(path, "w") as file:
             json.dump(listed, file)
         entries = manifest.read(path)
-        self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9"])
+        self.assertEqual([entry.name for entry in entries], ["one", "town-7", "town-8", "town-9", "centre"])
         self.assertEqual(entries[0].frames_of("still"), [2, 3, 4])
         command = entries[2].render_command("clarus", 3, "out")
         options = {"--scene": "procedural:8", "--path": "8", "--jitter": "halton:99+8", "--scale": "3"}
         for words in [*options.items(), ("--output", "out"), ("--hdr",)]:
             place = command.index(words[0])
             self.assertEqual(command[place : place + len(words)], [*words])
+        self.assertNotIn("--reversed", command)
+        command = " ".join(entries[4].render_command("clarus", 2, "out"))
+        self.assertIn("--motion-at centre --depth projective --reversed", command)
+        self.assertNotIn("--hdr", command)
         outside = [{"frames": [3, 99], "kind": "still"}]
         twice = {"name": "one", "scene": "demo"}
         for broken in ({"name": "x"}, twice, {"name": "y", "scene": "demo", "segments": outside}):
@@ -293,6 +298,13 @@ class Evaluation(WithData):
         folder = os.path.dirname(make_data.__file__)
         trained, held_out = (manifest.read(os.path.join(folder, f"{name}.json")) for name in ("training", "held_out"))
         self.assertFalse({entry.scene for entry in trained} & {entry.scene for entry in held_out})
+        # Of these worlds seeds from 900 choose from kinds that no smaller one has.
+        seeds = [
+            [int(entry.scene[7:]) for entry in entries if entry.scene.startswith("action:")]
+            for entries in (trained, held_out)
+        ]
+        self.assertLess(max(seeds[0]), 900)
+        self.assertGreaterEqual(min(seeds[1]), 900)
         tracks = [[entry for entry in entries if entry.scene.startswith("torcs:")] for entries in (trained, held_out)]
         self.assertFalse(set.intersection(*({entry.path % 2 for entry in entries} for entries in tracks)))  # the cars
         self.assertGreaterEqual((len(held_out), len(tracks[1])), (4, 2))
