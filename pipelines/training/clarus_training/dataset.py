@@ -11,6 +11,9 @@ from .operators import DILATE_BLOCK
 from .sequence import to_images
 
 
+VECTORS = ("motion", "followed", "checked")
+
+
 class Images(NamedTuple):
     """A batch's images [T, N, …]: what a Frame has, and references."""
 
@@ -19,7 +22,7 @@ class Images(NamedTuple):
     motion: torch.Tensor
     reference: torch.Tensor
     followed: Optional[torch.Tensor] = None
-    validity: Optional[torch.Tensor] = None
+    checked: Optional[torch.Tensor] = None
 
     def of_scale(self, s):
         """Each image, and how many of its pixels there are to a render pixel."""
@@ -31,7 +34,7 @@ class Images(NamedTuple):
 
         def turn(name, image):
             image = turned(image, flip, swap)
-            return turned_vectors(image, flip, swap, axis=2) if name in ("motion", "followed") else image
+            return turned_vectors(image, flip, swap, axis=2) if name in VECTORS else image
 
         return Images(**{name: turn(name, image) for name, image, _ in self.of_scale(1)})
 
@@ -59,7 +62,7 @@ class Clips:
                 sequence.follow()
             for t in range(len(sequence) - length + 1):
                 jitters = np.round((sequence.jitter[t : t + length], sequence.motion_jitter[t : t + length]), 5)
-                key = (jitters.tobytes(), sequence.color.dtype, sequence.reference.dtype)
+                key = (jitters.tobytes(), sequence.scale, sequence.color.dtype, sequence.reference.dtype)
                 groups.setdefault(key, []).append((sequence, t))
         if not groups:
             raise SystemExit(f"no clip of {length} frames in the data")
@@ -95,17 +98,19 @@ class Clips:
         y = chance.randint(0, (height - self.crop) // DILATE_BLOCK) * DILATE_BLOCK
         x = chance.randint(0, (width - self.crop) // DILATE_BLOCK) * DILATE_BLOCK
         s = sequence.scale
+        if s * y != int(s * y) or s * x != int(s * x):
+            raise SystemExit(f"{sequence.directory}: a crop at a scale of {s} is not of whole pixels")
         low = (slice(t, t + self.length), slice(y, y + self.crop), slice(x, x + self.crop))
-        high = (low[0], slice(s * y, s * (y + self.crop)), slice(s * x, s * (x + self.crop)))
+        high = (low[0], *(slice(int(s * at), int(s * (at + self.crop))) for at in (y, x)))
         motion = np.array(sequence.motion[low])
         reset = np.array(sequence.reset[low[0]])
         motion[reset] = np.nan
         images = sequence.color[low], sequence.depth[low][..., None], motion, sequence.reference[high]
         if not self.checked:
             return images
-        followed, validity = np.array(sequence.followed[high]), np.array(sequence.validity[low][..., None], np.float32)
-        followed[reset], validity[reset] = np.nan, 0
-        return *images, followed, validity
+        followed, checked = np.array(sequence.followed[high]), np.array(sequence.checked[low])
+        followed[reset], checked[reset] = np.nan, np.nan
+        return *images, followed, checked
 
 
 def turned(images, flip, swap):

@@ -7,7 +7,7 @@ import torch
 
 CUT, FLAT, FADE, BARS = 0.25, 0.1, 0.15, 0.1  # shares of clips; of cuts, half are marked
 LEVELS = (0.0, 0.0, 1.0)
-STILL = {"depth": 1, "motion": 0, "followed": 0, "validity": 1}  # what has no surface
+STILL = {"depth": 1, "motion": 0, "followed": 0, "checked": 0}  # what has no surface
 
 
 def happen(images, chance):
@@ -28,10 +28,8 @@ def cut(images, n, chance):
     marked = chance.random() < 0.5
     for name, image, _ in images.of_scale(1):
         image[t:, n] = image[t:, other]
-        if marked and name in ("motion", "followed"):
+        if marked and name in STILL and name != "depth":
             image[t, n] = float("nan")
-        elif marked and name == "validity":
-            image[t, n] = 0
 
 
 def flatten(images, n, chance):
@@ -63,7 +61,7 @@ def bars(images, n, chance):
     """A band of one level along an edge of the crop, as in letterboxed pictures; it stands still."""
     sides = images.color.shape[-2:]
     axis, far = chance.choice((-1, -2)), chance.random() < 0.5
-    side, size = sides[axis], chance.randint(1, min(sides) // 3)
+    side, size = sides[axis], 2 * chance.randint(1, min(sides) // 6)
     level = chance.choice(LEVELS)
-    for name, image, s in images.of_scale(images.reference.shape[-1] // sides[-1]):
-        image[:, n].narrow(axis, s * (side - size) if far else 0, s * size).fill_(STILL.get(name, level))
+    for name, image, s in images.of_scale(images.reference.shape[-1] / sides[-1]):
+        image[:, n].narrow(axis, int(s * (side - size)) if far else 0, int(s * size)).fill_(STILL.get(name, level))

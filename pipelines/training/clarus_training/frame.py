@@ -11,7 +11,7 @@ class Frame(NamedTuple):
     `color` [N, 3, h, w], `depth` [N, 1, h, w], `motion` [N, 2, h, w] with NaN in invalid vectors. A frame whose vectors
     are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another
     does not. `jitter` is (jx, jy), `motion_jitter` where in their pixels the vectors were sampled (J_m). `followed`
-    [N, 2, H, W] and `validity` [N, 1, h, w] are what history.py makes of motion and depth, where that is known already.
+    [N, 2, H, W] and `checked` [N, 2, h, w] are what history.py makes of motion and depth, where that is known already.
     """
 
     color: torch.Tensor
@@ -20,7 +20,7 @@ class Frame(NamedTuple):
     jitter: tuple
     motion_jitter: tuple = (0.0, 0.0)
     followed: Optional[torch.Tensor] = None
-    validity: Optional[torch.Tensor] = None
+    checked: Optional[torch.Tensor] = None
 
 
 def run(network, frames):

@@ -192,11 +192,15 @@ class Place(NamedTuple):
 
     grid: torch.Tensor
     valid: Optional[torch.Tensor]  # output pixels that have one [N, 1, H, W]; None: all
-    validity: Optional[torch.Tensor] = None  # where it is checked: of render pixels
+    checked: Optional[torch.Tensor] = None  # where it is checked: motion of render pixels
 
     def warp(self, image, border, fallback):
         warped = operators.sample(image, self.grid, border)
         return warped if self.valid is None else torch.where(self.valid, warped, torch.as_tensor(fallback).to(warped))
+
+    @property
+    def validity(self):
+        return validity(self.checked)
 
     def has_history(self):
         """As numbers, [N, 1, H, W]."""
@@ -205,20 +209,19 @@ class Place(NamedTuple):
 
 def places(frames, scale, checked=True):
     """Of every frame, all frames at once: by `reproject`, or by every pixel's own motion where it is not checked."""
+    vectors = [None] * len(frames)
     if checked:
-        motion, validities = (torch.cat(parts) for parts in zip(*(followed(frame, scale) for frame in frames)))
-        validities = validities.chunk(len(frames))
+        motion, vectors = zip(*(followed(frame, scale) for frame in frames))
     else:
-        motion = torch.cat([operators.upsample_motion(f.motion, scale, f.motion_jitter) for f in frames])
-        validities = [None] * len(frames)
-    grid, valid = operators.warp_grid(motion)
+        motion = [operators.upsample_motion(frame.motion, scale, frame.motion_jitter) for frame in frames]
+    grid, valid = operators.warp_grid(torch.cat(motion))
     valid = [None] * len(frames) if valid is None else valid.chunk(len(frames))
-    return [Place(*parts) for parts in zip(grid.chunk(len(frames)), valid, validities)]
+    return [Place(*parts) for parts in zip(grid.chunk(len(frames)), valid, vectors)]
 
 
 def followed(frame, scale):
-    """`reproject` and `validity` of a frame."""
+    """`reproject` and `checked_motion` of a frame."""
     if frame.followed is not None:
-        return frame.followed, frame.validity
+        return frame.followed, frame.checked
     checked = checked_motion(frame.motion, frame.depth, frame.jitter)
-    return reproject(checked, frame.depth, scale, frame.motion_jitter), validity(checked)
+    return reproject(checked, frame.depth, scale, frame.motion_jitter), checked

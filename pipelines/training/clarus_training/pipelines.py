@@ -15,8 +15,8 @@ value a frame of whatever needs no history; where history may be checked, `place
 [N, 3, H, W] and the new state.
 """
 
-from . import enss, espcn, mnss, nsrr, srpo, stack
+from . import clarus, enss, espcn, mnss, nsrr, srpo, stack
 
-PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "srpo": srpo, "espcn": espcn}
+PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "srpo": srpo, "espcn": espcn, "clarus": clarus}
 ABLATIONS = {name: module.ABLATIONS for name, module in PIPELINES.items() if hasattr(module, "ABLATIONS")}
 FILES = {**PIPELINES, "stack": stack}

@@ -41,8 +41,8 @@ class Sequence:
         self._load("arrays", names)
 
     def follow(self):
-        """Adds `followed` [T, H, W, 2], float16 in output pixels, and `validity` [T, h, w]: see history.follow."""
-        self._load("history", ["followed", "validity"])
+        """Adds `followed` [T, H, W, 2], in output pixels, and `checked` [T, h, w, 2], both float16: see history.py."""
+        self._load("history", ["followed", "checked"])
 
     def _load(self, kind, names):
         """Sets attributes to arrays that are decoded where they are not there yet."""
@@ -140,8 +140,8 @@ class Sequence:
 
         return np.stack([followed(t).half().numpy() for t in range(len(self))])
 
-    def _decode_validity(self):
-        return np.stack([history.validity(self._checked(t))[0, 0].byte().numpy() for t in range(len(self))])
+    def _decode_checked(self):
+        return np.stack([self._checked(t)[0].movedim(0, 2).half().numpy() for t in range(len(self))])
 
 
 def read_pixels(path):

@@ -28,9 +28,9 @@ GROWTH = {"enss": enss_growth.grow, "nsrr": nsrr_growth.grow}
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
     parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
-    sizes = "s, m, l for enss; full, fast for nsrr; s, l for espcn"
+    sizes = "s, m, l for enss; full, fast for nsrr; s, l for espcn; s, m for clarus"
     parser.add_argument("--size", help=f"of a network that has several: {sizes}")
-    parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
+    parser.add_argument("--scale", type=int, choices=range(2, 7), help="of all but clarus, which is for every scale")
     data = "sequences, or folders of them; those of other scales are left out"
     parser.add_argument("--data", nargs="+", required=True, help=data)
     parser.add_argument("--validation", nargs="+", default=[], help="likewise, never trained on")
@@ -65,7 +65,10 @@ def parse():
     parser.add_argument("--loss", choices=sorted(LOSSES), help="in place of the pipeline's own")
     parser.add_argument("--checkpoint-minutes", type=float, default=3)
     parser.add_argument("--seed", type=int, default=0)
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    if hasattr(PIPELINES[arguments.pipeline], "SCALES") == (arguments.scale is not None):
+        parser.error(f"--scale: {arguments.pipeline} is for {'every scale' if arguments.scale else 'one scale; which?'}")
+    return arguments
 
 
 class Average:
@@ -212,11 +215,12 @@ def told_to_end():
             signal.signal(name, handler)
 
 
-def usable(option, directories, scale):
-    """The sequences there that a network of this scale can be compared on."""
-    found = [s for s in find(directories) if s.scale == scale and s.has_references]
+def usable(option, directories, scales):
+    """The sequences there that a network for scales from the first to the last can be compared on."""
+    found = [s for s in find(directories) if scales[0] <= s.scale <= scales[-1] and s.has_references]
     if not found:
-        raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
+        wanted = " to ".join(str(scale) for scale in scales)
+        raise SystemExit(f"{option}: no sequence of scale {wanted} with references in {', '.join(directories)}")
     return found
 
 
@@ -241,8 +245,9 @@ def main():
         training.start_from(start)
     elif arguments.grow:
         training.grow_from(arguments.grow)
-    sequences = usable("--data", arguments.data, arguments.scale)
-    held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
+    scales = getattr(training.pipeline, "SCALES", (arguments.scale,))
+    sequences = usable("--data", arguments.data, scales)
+    held_out = usable("--validation", arguments.validation, scales) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
     kind = dict(turn=not arguments.no_turns, tint=not arguments.no_tints, eventful=arguments.events)
     checked = getattr(training.network, "checked", False)

@@ -25,6 +25,7 @@ def rounded(image):
 def run(network, sequence, frames=None):
     """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them."""
     device = next(network.parameters()).device
+    network.scale = sequence.scale
     figures, state = [], None
     with torch.no_grad():
         for t in range(min(len(sequence), frames or len(sequence))):
