@@ -225,7 +225,9 @@ TEST_CASE("A model file is a world: however large its units, on a ground, seen f
 }
 
 TEST_CASE("Names that stand for nothing are errors that say what there is") {
-    CHECK(message_of("nowhere", ErrorKind::invalid_argument).find("procedural:SEED") != std::string::npos);
+    for (const char* kind : {"procedural:SEED", "action:SEED"})
+        CHECK(message_of("nowhere", ErrorKind::invalid_argument).find(kind) != std::string::npos);
+    CHECK(message_of("action:fast", ErrorKind::invalid_argument).find("action:fast") != std::string::npos);
     CHECK(message_of("procedural:many", ErrorKind::invalid_argument).find("procedural:many") != std::string::npos);
     CHECK(message_of("procedural:", ErrorKind::invalid_argument).find("whole number") != std::string::npos);
     CHECK(message_of("interior:-1", ErrorKind::invalid_argument).find("whole number") != std::string::npos);

@@ -59,7 +59,7 @@ class Maker {
 
     void ball() {
         const float radius = size(0.05, 0.15);
-        Mesh mesh{.material = paint_.patterned(true)};
+        Mesh mesh{.material = random_.below(8) ? paint_.patterned(true) : paint_.glow()};
         mesh.add_sphere(V3f(0), radius, 24, static_cast<float>(1 + random_.below(3)));
         travel({mesh}, radius);
     }
@@ -90,7 +90,8 @@ class Maker {
 
     void pendulum() {
         const float length = size(0.25, 0.5), radius = length * between(0.12, 0.25);
-        Mesh rod{.material = paint_.plain()}, bob{.material = paint_.patterned(true)};
+        Mesh rod{.material = paint_.plain()},
+            bob{.material = random_.below(4) ? paint_.patterned(true) : paint_.glow()};
         add_rod(rod, V3f(0), {0, -length, 0}, 0.02f + 0.01f * radius);
         if (random_.below(2)) {
             bob.add_sphere({0, -length, 0}, radius, 20, 2);
@@ -215,7 +216,8 @@ class Maker {
 
     void cage() {
         const float radius = size(0.08, 0.16);
-        Mesh bars{.material = paint_.plain()}, core{.material = paint_.patterned(true)}, ring;
+        Mesh bars{.material = paint_.plain()}, ring;
+        Mesh core{.material = random_.below(4) ? paint_.patterned(true) : paint_.glow()};
         ring.add_torus(V3f(0), radius, 0.03f * radius, 32, 6, V2f(1));
         const int count = 4 + random_.below(5);
         for (int i = 0; i < count; ++i)

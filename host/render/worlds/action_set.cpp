@@ -116,17 +116,17 @@ class Builder {
             Mesh& mesh = mesh_of(statics_, paint_.glow());
             switch (random_.below(4)) {
                 case 0:
-                    mesh.add_sphere({x, y, z}, between(0.05, 0.16), 16, 1);
+                    mesh.add_sphere({x, y, z}, between(0.05, 0.25), 16, 1);
                     break;
                 case 1: {  // a tube
                     const float half = between(0.3, 1.2);
                     const V3f along = random_.below(2) ? V3f(half, 0, 0) : V3f(0, half, 0);
-                    mesh.add_cylinder(V3f(x, y, z) - along, V3f(x, y, z) + along, 0.03f, 0.03f, 8, 1);
+                    mesh.add_cylinder(V3f(x, y, z) - along, V3f(x, y, z) + along, 0.04f, 0.04f, 8, 1);
                     break;
                 }
                 case 2: {  // a ring
                     Mesh ring;
-                    ring.add_torus(V3f(0), between(0.2, 0.6), 0.025f, 32, 6, V2f(1));
+                    ring.add_torus(V3f(0), between(0.2, 0.6), 0.035f, 32, 6, V2f(1));
                     mesh.append(ring, placed(V3f(pi / 2, 0, 0), V3f(x, y, z)));
                     break;
                 }
@@ -135,7 +135,7 @@ class Builder {
                     const float width = between(0.1, 0.3);
                     for (int k = 0; k < 6; ++k) {
                         const V3f next = last + V3f(width, k % 2 ? -0.4f : 0.4f, 0);
-                        mesh.add_cylinder(last, next, 0.025f, 0.025f, 6, 1);
+                        mesh.add_cylinder(last, next, 0.03f, 0.03f, 6, 1);
                         last = next;
                     }
                 }
