@@ -57,7 +57,8 @@ class Clarus(nn.Module):
         x = torch.cat((color, sensed, validity, planes, features), dim=1)
         x = self.predict(x.contiguous(memory_format=torch.channels_last)).to(color.dtype).contiguous()
         parameters, features = x.split((PARAMETERS, FEATURES), dim=1)
-        state, excess = compose(color, past, parameters, s, frame.jitter)
+        with torch.autocast(color.device.type, enabled=False):
+            state, excess = compose(color, past, parameters, s, frame.jitter)
         if inside is not None:
             inside.update(excess=excess, weight=state[:, 3:])
         return state[:, :3], (state, torch.tanh(features))
@@ -82,8 +83,16 @@ def upsample(image, scale, jitter):
 def warp_sharply(image, grid):
     """Colour [N, 0:3] by Catmull and Rom's kernel without its four corners, clamped to [0, 1]; the weight bilinearly.
 
-    The twelve taps of the former are five bilinear look-ups.
+    The twelve taps of the former are five bilinear look-ups. Its gradient is that of the bilinear kernel, which is a
+    fifth of the work.
     """
+    bilinear = operators.sample(image, grid)
+    with torch.no_grad():
+        sharp = sharply(image[:, :3], grid).clamp(0, 1) - bilinear[:, :3]
+    return bilinear + F.pad(sharp, (0, 0, 0, 0, 0, 1))
+
+
+def sharply(image, grid):
     size = grid.new_tensor([image.shape[3], image.shape[2]])
     place = (grid + 1) * size / 2 - 0.5
     whole = place.floor()
@@ -96,7 +105,7 @@ def warp_sharply(image, grid):
     def look_up(x, y, weight_x, weight_y):
         at = torch.stack((x, y), dim=-1)
         weight = (weight_x * weight_y)[:, None]
-        return weight * operators.sample(image[:, :3], (at + 0.5) * 2 / size - 1), weight
+        return weight * operators.sample(image, (at + 0.5) * 2 / size - 1), weight
 
     (x, y), (wx, wy) = between.unbind(dim=-1), middle.unbind(dim=-1)
     taps = [
@@ -106,8 +115,7 @@ def warp_sharply(image, grid):
         look_up(x, whole[..., 1] - 1, wx, before[..., 1]),
         look_up(x, whole[..., 1] + 2, wx, after[..., 1]),
     ]
-    color = sum(value for value, _ in taps) / sum(weight for _, weight in taps)
-    return torch.cat((color.clamp(0, 1), operators.sample(image[:, 3:], grid)), dim=1)
+    return sum(value for value, _ in taps) / sum(weight for _, weight in taps)
 
 
 def sense(past, depth, jitter):
@@ -119,50 +127,55 @@ def sense(past, depth, jitter):
     count, _, height, width = depth.shape
 
     def at(image, x, y):
+        """That far from every pixel's centre; several places side by side."""
+        x, y = (past.new_tensor(each).reshape(1, -1, 1) for each in (x, y))
         column = (torch.arange(width, dtype=image.dtype, device=image.device) + 0.5 + x) * 2 / width - 1
-        row = (torch.arange(height, dtype=image.dtype, device=image.device) + 0.5 + y) * 2 / height - 1
-        grid = torch.stack((column.expand(height, width), row[:, None].expand(height, width)), dim=-1)
+        row = (torch.arange(height, dtype=image.dtype, device=image.device)[:, None, None] + 0.5 + y) * 2 / height - 1
+        grid = torch.stack((column.expand(height, -1, -1), row.expand(-1, -1, width)), dim=-1).flatten(1, 2)
         return operators.sample(image, grid.expand(count, -1, -1, -1))
 
     here = at(past, *jitter)
-    brightness = luma(past)
-    quarters = [at(brightness, x, y) for y in (-0.25, 0.25) for x in (-0.25, 0.25)]
+    quarters = at(luma(past), *zip((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)))
+    quarters = quarters.unflatten(3, (4, width)).movedim(3, 2)[:, 0]
     nearest = -F.max_pool2d(-depth, 3, 1, 1)
     edge = 1 - nearest / depth.clamp(min=1e-6)
-    return torch.cat((here[:, :3], torch.log2(1 + here[:, 3:]) / 4, *quarters, edge), dim=1)
+    return torch.cat((here[:, :3], torch.log2(1 + here[:, 3:]) / 4, quarters, edge), dim=1)
 
 
 def compose(color, past, parameters, scale, jitter):
     """The new history [N, 4, H, W], its first three channels the output; and what the range cut off the estimate."""
     height, width = color.shape[-2:]
-    size = past.shape[-2:]
-    u, v = history.output_coordinates(color, scale, size, jitter)
+    u, v = history.output_coordinates(color, scale, past.shape[-2:], jitter)
     u, v = u[0, 0, 0], v[0, 0, :, 0]
     column, row = (u.clamp(0, width - 1) + 0.5).floor().long(), (v.clamp(0, height - 1) + 0.5).floor().long()
     x, y = u - column, (v - row)[:, None]  # from the nearest sample, in render pixels
+    offset = torch.arange(-1, 2, dtype=x.dtype, device=x.device)
+    fx, fy = (offset[:, None] - x)[None, :, None], (offset[:, None, None] - y)[:, None]  # of 3×3 samples
+    with torch.no_grad():
+        around = F.pad(color, (1, 1, 1, 1), mode="replicate")
+        around = [around[:, :, dy : dy + height, dx : dx + width] for dy in range(3) for dx in range(3)]
+        seen = torch.stack(around, dim=1)[:, :, :, row][..., column]  # [N, 9, 3, H, W]
+    nearest = matrix(row, height, x) @ parameters @ matrix(column, width, x).T
+    squares = torch.stack([(a * b).expand(3, 3, len(row), len(column)).flatten(0, 1) for a, b in ((fx, fx), (fy, fy), (fx, fy))])
+    nearness = torch.exp(-((scale * x).square() + (scale * y).square()) / (2 * SPREAD**2))
+    return mixed(nearest, seen, seen.amin(dim=1), seen.amax(dim=1), past, squares, nearness, x, y)
 
-    def nearest(image, dx=0, dy=0):
-        rows, columns = (row + dy).clamp(0, height - 1), (column + dx).clamp(0, width - 1)
-        return image[:, :, rows][:, :, :, columns]
 
-    p = nearest(parameters)
+def matrix(index, size, like):
+    """Which of `size` each is, as ones in rows: its product's gradient is fast, which an index's is not."""
+    return (index[:, None] == torch.arange(size, device=index.device)).to(like)
+
+
+def mixed(p, seen, low, high, past, squares, nearness, x, y):
+    """`compose`, pixel by pixel."""
     along_x, along_y = 2 * torch.exp2(p[:, 0:1].clamp(-6, 6)), 2 * torch.exp2(p[:, 1:2].clamp(-6, 6))
     across = 0.95 * torch.tanh(p[:, 2:3]) * torch.sqrt(along_x * along_y)
-    lobe = 0.5 * torch.sigmoid(p[:, 3:4])
-    total, norm, low, high = 0, 0, None, None
-    for dy in (-1, 0, 1):
-        for dx in (-1, 0, 1):
-            seen = nearest(color, dx, dy)
-            fx, fy = dx - x, dy - y
-            distance = 0.5 * (along_x * fx * fx + along_y * fy * fy) + across * fx * fy
-            weight = torch.exp(-distance) * (1 - lobe * distance)
-            total, norm = total + weight * seen, norm + weight
-            low = seen if low is None else torch.minimum(low, seen)
-            high = seen if high is None else torch.maximum(high, seen)
-    free = total / norm.clamp(min=1e-3) + p[:, 8:11] + p[:, 11:14] * x + p[:, 14:17] * y
+    distance = 0.5 * (along_x * squares[0] + along_y * squares[1]) + across * squares[2]
+    weight = torch.exp(-distance) * (1 - 0.5 * torch.sigmoid(p[:, 3:4]) * distance)  # [N, 9, H, W]
+    filtered = (weight[:, :, None] * seen).sum(dim=1) / weight.sum(dim=1, keepdim=True).clamp(min=1e-3)
+    free = filtered + p[:, 8:11] + p[:, 11:14] * x + p[:, 14:17] * y
     estimate = torch.minimum(torch.maximum(free, low), high)
 
-    nearness = torch.exp(-((scale * x).square() + (scale * y).square()) / (2 * SPREAD**2))
     fresh = torch.exp2(p[:, 4:5].clamp(-6, 4)) * nearness + torch.exp2(p[:, 5:6].clamp(-8, 4))
     kept = torch.sigmoid(p[:, 6:7]) * past[:, 3:]
     before = past[:, :3]

@@ -57,8 +57,7 @@ class Followed:
         if self.t:
             has_history = place.has_history()
             error = error * (UNCOVERED + (1 - UNCOVERED) * has_history)
-            before = torch.cat((self.output, self.reference[self.t - 1]), dim=1)
-            moved, expected = operators.sample(before, place.grid).chunk(2, dim=1)
+            moved, expected = (operators.sample(each, place.grid) for each in (self.output, self.reference[self.t - 1]))
             error = error + STEADY * ((output - moved) - (reference - expected)).abs() * has_history
         self.total = self.total + error.mean()
         if excess is not None:
