@@ -9,7 +9,7 @@
 #define SILHOUETTE_MOTION 0.25f  // render pixels
 
 // The taps of HR column or row x; those that do not count have weight 0.
-INLINE Taps counted_taps(int x, float jitter, int size) {
+inline Taps counted_taps(int x, float jitter, int size) {
     const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
     const int outside = u.whole < 0 || u.whole >= size - 1;
     Taps taps = clamped_taps(clamp(u.whole, 0, size - 1), outside ? 0 : u.fraction, size);
