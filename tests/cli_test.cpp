@@ -21,10 +21,12 @@
 #include "cli/output_folder.h"
 #include "cli/quality_text.h"
 #include "io/file.h"
+#include "io/frames.h"
 #include "io/image.h"
 #include "io/sequence.h"
 #include "metrics/display.h"
 #include "metrics/if_ssim.h"
+#include "metrics/masks.h"
 #include "metrics/pixel_std.h"
 #include "metrics/quality.h"
 #include "model_file.h"
@@ -462,7 +464,13 @@ TEST_CASE("compare prints one table of several results") {
     std::vector<std::string> lines;
     for (std::istringstream text(table.out); std::getline(text, lines.emplace_back());) {
     }
-    REQUIRE(lines.size() == 5);  // with an empty one
+    REQUIRE(lines.size() > 6);
+    CHECK(lines[4].empty());
+    CHECK(contains(lines[5], "PSNR (dB) in places"));
+    for (const char* line :
+         {"No figures in masks: the sequence has no reference_depth", "No worse blocks: none of the"})
+        CHECK_MESSAGE(contains(table.out, line), table.out);
+    CHECK_FALSE(contains(table.out, "disoccl"));
     for (size_t i = 0; i < 3; ++i) {
         const json& row = singly[i];
         CHECK(lines[i + 1].starts_with(row["result"].get<std::string>()));
@@ -476,9 +484,15 @@ TEST_CASE("compare prints one table of several results") {
 
     const Outcome csv = run_tool({"compare", other, sequence, "--csv"});
     const json& row = singly[1];
-    CHECK(csv.out == fmt::format("result,psnr,pooled_psnr,ssim,if_ssim,pixel_std,flip\r\n\"{}\",{},{},{},,,\r\n", other,
-                                 row["psnr"].get<double>(), row["pooled_psnr"].get<double>(),
-                                 row["ssim"].get<double>()));
+    CHECK(csv.out.starts_with("result,psnr,pooled_psnr,ssim,if_ssim,pixel_std,flip,"));
+    CHECK(contains(csv.out, ",disoccluded_1_psnr,disoccluded_4_psnr,"));
+    const std::string line = csv.out.substr(csv.out.find("\r\n") + 2);
+    CHECK(line.starts_with(fmt::format("\"{}\",{},{},{},,,,", other, row["psnr"].get<double>(),
+                                       row["pooled_psnr"].get<double>(), row["ssim"].get<double>())));
+    CHECK(contains(line, fmt::format(",{},", row["worst_blocks_psnr"].get<double>())));
+    const std::string header = csv.out.substr(0, csv.out.find("\r\n"));
+    const auto commas = [](const std::string& text) { return std::ranges::count(text, ','); };
+    CHECK(commas(line) == commas(header) + 1);  // one in the name
     CHECK(run_tool({"compare", one, sequence, "--csv", "--json"}).exit_code == 2);
     CHECK(run_tool({"compare", one}).exit_code == 2);
 }
@@ -535,6 +549,74 @@ TEST_CASE("compare measures stability where the sequence has what that needs") {
     CHECK(figures["if_ssim"].get<double>() == doctest::Approx(sum / 2).epsilon(1e-9));
     CHECK(contains(run_tool({"compare", place.output().string(), place.sequence().string()}).out,
                    fmt::format(", IF-SSIM {:.4f}, pixel std {:.2f} over 4 frames", sum / 2, *spread.mean())));
+}
+
+TEST_CASE("compare measures in masks, and blocks against a baseline") {
+    const Workplace place;
+    const fs::path sequence = place / "rendered", bicubic = place / "bicubic", taau = place / "taau";
+    REQUIRE(run_tool({"render", "--scene", "demo", "--path", "1", "--first-frame", "5", "--size", "80x48", "--frames",
+                      "4", "--reference-samples", "1", "--output-buffers", "-o", sequence.string()})
+                .exit_code == 0);
+    for (const fs::path& folder : {bicubic, taau})
+        REQUIRE(run_tool({"upscale", sequence.string(), "--model", folder.filename().string(), "--device",
+                          test_selector(), "--output", folder.string(), "--report", (folder / "report.json").string()})
+                    .exit_code == 0);
+    const auto compare = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "compare");
+        arguments.push_back(sequence.string());
+        return run_tool(arguments);
+    };
+    const auto compare_json = [&](std::vector<std::string> arguments) {
+        arguments.push_back("--json");
+        const Outcome outcome = compare(arguments);
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return json::parse(outcome.out);
+    };
+
+    const json figures = compare_json({taau.string(), bicubic.string()});
+    const io::Sequence described = io::read_sequence(sequence);
+    metrics::MaskMaker maker(2);
+    std::vector<metrics::FrameQuality> expected, baseline;
+    for (size_t i = 0; i < 4; ++i) {
+        const auto read = [&](const fs::path& folder) {
+            return metrics::display_values(io::read_image(folder / fmt::format("{:04}.png", i)), ColorSpace::srgb);
+        };
+        const metrics::Masks masks = maker.add(*io::read_ground_truth(described, i), i > 0);
+        expected.push_back(metrics::measure(read(taau), read(sequence / "reference"), &masks));
+        baseline.push_back(metrics::measure(read(bicubic), read(sequence / "reference"), &masks));
+    }
+    metrics::compare_blocks(expected, baseline);
+    CHECK(figures[0] == json::parse([&] {
+              nlohmann::ordered_json whole{{"result", taau.string()}};
+              whole.update(cli::quality_json(metrics::summarise(expected)));
+              whole["if_ssim"] = figures[0]["if_ssim"];
+              for (size_t i = 0; i < 4; ++i) {
+                  nlohmann::ordered_json frame{{"name", fmt::format("{:04}", i)}};
+                  frame.update(cli::quality_json(expected[i]));
+                  if (i > 0) frame["if_ssim"] = figures[0]["frames"][i]["if_ssim"];
+                  whole["frames"].push_back(frame);
+              }
+              return whole.dump();
+          }()));
+    CHECK(figures[0].contains("disoccluded_4_psnr"));
+    CHECK(figures[0]["frames"][2]["moves"] == true);
+    CHECK_FALSE(figures[1].contains("worse_blocks"));
+
+    // By its name or its report, or told; in a table with its note.
+    fs::rename(bicubic, place / "other");
+    const std::string other = (place / "other").string();
+    CHECK(compare_json({taau.string(), other})[0] == figures[0]);
+    fs::remove(place / "other" / "report.json");
+    CHECK_FALSE(compare_json({taau.string(), other})[0].contains("worse_blocks"));
+    CHECK(compare_json({taau.string(), "--baseline", other}) == figures[0]);
+    const Outcome text = compare({taau.string(), "--baseline", other});
+    CHECK_MESSAGE(contains(text.out, "disoccl. 4"), text.out);
+    CHECK(contains(text.out, "worse blocks (%)"));
+    CHECK_FALSE(contains(text.out, "No "));
+    CHECK(contains(compare({other, "--baseline", other}).out, "the only result is the baseline"));
+    const Outcome missing = compare({taau.string(), "--baseline", (place / "none").string()});
+    CHECK(missing.exit_code == 1);
+    CHECK(contains(missing.err, (place / "none").string()));
 }
 
 TEST_CASE("compare takes FLIP from a python3 that has it") {
