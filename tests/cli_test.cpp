@@ -29,6 +29,7 @@
 #include "metrics/masks.h"
 #include "metrics/pixel_std.h"
 #include "metrics/quality.h"
+#include "metrics/radiance.h"
 #include "model_file.h"
 #include "temporary_folder.h"
 #include "test_device.h"
@@ -617,6 +618,33 @@ TEST_CASE("compare measures in masks, and blocks against a baseline") {
     const Outcome missing = compare({taau.string(), "--baseline", (place / "none").string()});
     CHECK(missing.exit_code == 1);
     CHECK(contains(missing.err, (place / "none").string()));
+}
+
+TEST_CASE("compare measures linear radiance, exposed") {
+    const Workplace place(ColorSpace::linear);
+    json description = place.description();
+    for (json& frame : description["frames"]) frame["exposure"] = 0.5;
+    place.describe(description);
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const Outcome outcome = run_tool({"compare", place.output().string(), place.sequence().string(), "--json"});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const json figures = json::parse(outcome.out);
+    metrics::RadianceQuality expected{0, 0, 0};
+    for (int i = 0; i < frame_count; ++i) {
+        const auto read = [&](const fs::path& folder) {
+            return metrics::exposed_radiance(io::read_image(folder / fmt::format("{:04}.exr", i)), 0.5f);
+        };
+        const auto quality = metrics::measure_radiance(read(place.output()), read(place.sequence() / "reference"));
+        CHECK(figures["frames"][i]["pq_psnr"].get<double>() == doctest::Approx(quality.pq_psnr));
+        *expected.mean_ratio += *quality.mean_ratio / frame_count;
+        expected.relative_error += quality.relative_error / frame_count;
+        expected.pq_psnr += quality.pq_psnr / frame_count;
+    }
+    CHECK(figures["mean_ratio"].get<double>() == doctest::Approx(*expected.mean_ratio));
+    CHECK(figures["relative_error"].get<double>() == doctest::Approx(expected.relative_error));
+    CHECK(figures["pq_psnr"].get<double>() == doctest::Approx(expected.pq_psnr));
+    CHECK(contains(run_tool({"compare", place.output().string(), place.sequence().string()}).out,
+                   fmt::format("mean ratio {:.4f}, relative error", *expected.mean_ratio)));
 }
 
 TEST_CASE("compare takes FLIP from a python3 that has it") {

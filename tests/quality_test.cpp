@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "clarus/error.h"
+#include "metrics/display.h"
 #include "metrics/psnr.h"
+#include "metrics/radiance.h"
 #include "metrics/ssim.h"
 
 using clarus::Size;
@@ -169,4 +172,56 @@ TEST_CASE("a sequence's figures of places are means over the frames that have th
     CHECK(*quality.worse_blocks_moving == doctest::Approx((*frames[1].worse_blocks + *frames[2].worse_blocks) / 2));
     CHECK_FALSE(metrics::summarise(baseline).worse_blocks);
     CHECK_THROWS_AS(metrics::compare_blocks(frames, std::span(baseline).first(2)), clarus::Error);
+}
+
+TEST_CASE("PQ codes are those of ST 2084") {
+    // The standard's way from codes to light, and three points that ITU-R BT.2408 prints, in per cent.
+    for (double code = 0.02; code < 1.001; code += 0.07) {
+        const double power = std::pow(code, 1 / 78.84375);
+        const double nits =
+            10000 * std::pow(std::max(power - 0.8359375, 0.0) / (18.8515625 - 18.6875 * power), 1 / 0.1593017578125);
+        CHECK(metrics::pq_code(nits / 100) == doctest::Approx(code).epsilon(1e-6));
+    }
+    for (const auto& [nits, percent] : {std::pair{26.0, 38}, {203.0, 58}, {1000.0, 75}})
+        CHECK(std::round(100 * metrics::pq_code(nits / 100)) == percent);
+    CHECK(metrics::pq_code(1e9) == 1);
+    CHECK(metrics::pq_code(0) < 1e-6);
+}
+
+TEST_CASE("figures of linear radiance") {
+    const Size size{5, 3};
+    Pixels reference = noise(size, 1), image = reference;
+    for (float& value : reference.values) value *= 20;
+    for (size_t i = 0; i < image.values.size(); ++i) image.values[i] = reference.values[i] * 0.9f;
+    const metrics::RadianceQuality quality = metrics::measure_radiance(image, reference);
+    double relative = 0, squares = 0;
+    for (size_t i = 0; i < image.values.size(); ++i) {
+        relative += 0.1 * reference.values[i] / (reference.values[i] + 0.01) / 45;
+        squares += std::pow(metrics::pq_code(image.values[i]) - metrics::pq_code(reference.values[i]), 2) / 45;
+    }
+    CHECK(*quality.mean_ratio == doctest::Approx(0.9));
+    CHECK(quality.relative_error == doctest::Approx(relative).epsilon(1e-5));
+    CHECK(quality.pq_psnr == doctest::Approx(-10 * std::log10(squares)));
+    CHECK(metrics::measure_radiance(reference, reference).pq_psnr == 100);
+    const Pixels black{size, 3, std::vector<float>(45)};
+    CHECK_FALSE(metrics::measure_radiance(image, black).mean_ratio);
+    CHECK_THROWS_AS(metrics::measure_radiance(image, noise({3, 5}, 1)), clarus::Error);
+
+    std::vector<metrics::FrameQuality> frames(2, metrics::measure(noise(size, 2), noise(size, 3)));
+    frames[0].radiance = quality;
+    CHECK_FALSE(metrics::summarise(frames).radiance);
+    frames[1].radiance = {{}, 0.5, 20};
+    const auto mean = metrics::summarise(frames).radiance;
+    CHECK(*mean->mean_ratio == *quality.mean_ratio);
+    CHECK(mean->relative_error == doctest::Approx((quality.relative_error + 0.5) / 2));
+    CHECK(mean->pq_psnr == doctest::Approx((quality.pq_psnr + 20) / 2));
+}
+
+TEST_CASE("exposed radiance has neither negative nor endless light") {
+    const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    const Pixels image{{2, 1}, 4, {1, -2, nan, 9, infinity, 0.5f, -infinity, 9}};
+    const Pixels exposed = metrics::exposed_radiance(image, 2);
+    CHECK(exposed.channels == 3);
+    CHECK(exposed.values == std::vector<float>{2, 0, 0, 131008, 1, 0});
+    CHECK_THROWS_AS(metrics::exposed_radiance({{1, 1}, 1, {0}}, 1), clarus::Error);
 }

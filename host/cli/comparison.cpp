@@ -20,6 +20,7 @@
 #include "metrics/if_ssim.h"
 #include "metrics/masks.h"
 #include "metrics/pixel_std.h"
+#include "metrics/radiance.h"
 
 namespace clarus::cli {
 namespace {
@@ -50,6 +51,10 @@ std::optional<io::GroundTruth> ground_truth(const Reference& reference) {
     return io::read_ground_truth(*reference.sequence, reference.index);
 }
 
+io::Pixels display_values(const io::Pixels& image, const Reference& reference) {
+    return metrics::display_values(image, reference.color_space, reference.exposure);
+}
+
 bool is_bicubic(const std::filesystem::path& folder) {
     if (name_of(folder) == "bicubic") return true;
     const std::filesystem::path file = folder / "report.json";
@@ -63,6 +68,7 @@ bool is_bicubic(const std::filesystem::path& folder) {
 struct Measure {
     const Reference& reference;
     const io::Pixels& expected;
+    const std::optional<io::Pixels>& expected_radiance;  // of linear sequences
     const std::optional<metrics::InterFrame>& inter_frame;
     const metrics::Masks* masks;  // null where there are none
     bool is_static;
@@ -80,10 +86,14 @@ class Result {
 
     void add(const Measure& with) {
         const std::filesystem::path& file = compared_.files[compared_.frames.size()];
-        io::Pixels pixels = read_display(file, with.reference);
+        const io::Pixels image = io::read_image(file);
+        io::Pixels pixels = display_values(image, with.reference);
         try {
             metrics::FrameQuality quality = metrics::measure(pixels, with.expected, with.masks);
             if (with.inter_frame) quality.if_ssim = with.inter_frame->ssim(previous_, pixels);
+            if (with.expected_radiance)
+                quality.radiance = metrics::measure_radiance(metrics::exposed_radiance(image, with.reference.exposure),
+                                                             *with.expected_radiance);
             if (with.flip) quality.flip = with.flip->mean(pixels, with.expected);
             pixel_std_.add(pixels, with.is_static);
             compared_.frames.push_back(quality);
@@ -162,7 +172,7 @@ std::vector<Reference> read_references(const ReferenceOptions& options) {
 }
 
 io::Pixels read_display(const std::filesystem::path& file, const Reference& reference) {
-    return metrics::display_values(io::read_image(file), reference.color_space, reference.exposure);
+    return display_values(io::read_image(file), reference);
 }
 
 std::optional<std::filesystem::path> baseline_of(std::span<const std::filesystem::path> folders,
@@ -212,7 +222,11 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
     Progress progress("comparing");
     for (size_t i = 0; i < references.size(); ++i) {
         const Reference& reference = references[i];
-        Expected current{read_display(reference.file, reference), ground_truth(reference)};
+        const io::Pixels image = io::read_image(reference.file);
+        Expected current{display_values(image, reference), ground_truth(reference)};
+        std::optional<io::Pixels> radiance;
+        if (reference.color_space == ColorSpace::linear)
+            radiance = metrics::exposed_radiance(image, reference.exposure);
         const bool follows = i > 0 && reference.index == references[i - 1].index + 1;
         std::optional<metrics::InterFrame> inter_frame;
         const bool has_previous = follows && !is_cut(reference) && previous.truth && current.truth;
@@ -221,7 +235,7 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         if (has_previous) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
         const bool is_static = follows && current.pixels.values == previous.pixels.values;
         for (Result& result : results)
-            result.add({reference, current.pixels, inter_frame, masks ? &*masks : nullptr, is_static, flip});
+            result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static, flip});
         previous = std::move(current);
         progress.update(i + 1, references.size());
     }

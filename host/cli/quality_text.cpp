@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <optional>
 
@@ -17,7 +18,7 @@ using Frame = metrics::FrameQuality;
 using Value = std::optional<double>;
 
 enum class Table { whole, psnr_in_places, ssim_in_places };
-enum class Best { most, least };
+enum class Best { most, least, nearest_to_one };
 
 struct Figure {
     std::string key, heading;
@@ -46,14 +47,29 @@ std::function<Value(const Quality&)> region_ssim(size_t region) {
     };
 }
 
+// Of either kind of quality, where it is of linear radiance.
+template <typename Of>
+auto of_radiance(Of of) {
+    return [of](const auto& quality) {
+        return quality.radiance ? Value(std::invoke(of, *quality.radiance)) : std::nullopt;
+    };
+}
+
 std::vector<Figure> make_figures() {
+    using Radiance = metrics::RadianceQuality;
+    const auto mean_ratio = of_radiance(&Radiance::mean_ratio);
+    const auto relative_error = of_radiance(&Radiance::relative_error);
+    const auto pq_psnr = of_radiance(&Radiance::pq_psnr);
     std::vector<Figure> figures{
         {"psnr", "PSNR (dB)", 2, Best::most, Table::whole, &Sequence::psnr, &Frame::psnr},
         {"pooled_psnr", "pooled PSNR (dB)", 2, Best::most, Table::whole, &Sequence::pooled_psnr, {}},
         {"ssim", "SSIM", 4, Best::most, Table::whole, &Sequence::ssim, &Frame::ssim},
         {"if_ssim", "IF-SSIM", 4, Best::most, Table::whole, &Sequence::if_ssim, &Frame::if_ssim},
         {"pixel_std", "pixel std", 2, Best::least, Table::whole, &Sequence::pixel_std, {}},
-        {"flip", "FLIP", 4, Best::least, Table::whole, &Sequence::flip, &Frame::flip}};
+        {"flip", "FLIP", 4, Best::least, Table::whole, &Sequence::flip, &Frame::flip},
+        {"mean_ratio", "mean ratio", 4, Best::nearest_to_one, Table::whole, mean_ratio, mean_ratio},
+        {"relative_error", "relative error", 4, Best::least, Table::whole, relative_error, relative_error},
+        {"pq_psnr", "PQ PSNR (dB)", 2, Best::most, Table::whole, pq_psnr, pq_psnr}};
     for (size_t i = 0; i < metrics::region_count; ++i)
         figures.push_back({fmt::format("{}_psnr", metrics::region_names[i]), region_headings[i], 2, Best::most,
                            Table::psnr_in_places, region_psnr<Sequence>(i), region_psnr<Frame>(i)});
@@ -85,6 +101,7 @@ const std::vector<Figure>& all_figures() {
 }
 
 bool is_better(const Figure& figure, double value, double than) {
+    if (figure.best == Best::nearest_to_one) return std::abs(value - 1) < std::abs(than - 1);
     return figure.best == Best::most ? value > than : value < than;
 }
 

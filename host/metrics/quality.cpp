@@ -41,6 +41,16 @@ std::optional<RegionQuality> mean_region(std::span<const FrameQuality> frames, s
     return RegionQuality{*psnr, mean(frames, 1, ssim_of)};
 }
 
+std::optional<RadianceQuality> mean_radiance(std::span<const FrameQuality> frames) {
+    if (!std::ranges::all_of(frames, [](const FrameQuality& frame) { return frame.radiance.has_value(); }))
+        return std::nullopt;
+    const auto mean_of = [&](auto&& figure) {
+        return mean(frames, 1, [&](const FrameQuality& frame) { return std::optional((*frame.radiance).*figure); });
+    };
+    return RadianceQuality{mean(frames, 1, [](const FrameQuality& frame) { return frame.radiance->mean_ratio; }),
+                           *mean_of(&RadianceQuality::relative_error), *mean_of(&RadianceQuality::pq_psnr)};
+}
+
 }  // namespace
 
 FrameQuality measure(const io::Pixels& image, const io::Pixels& reference, const Masks* masks) {
@@ -93,6 +103,7 @@ SequenceQuality summarise(std::span<const FrameQuality> frames) {
     quality.worse_blocks = mean_of(&FrameQuality::worse_blocks, 1);
     quality.worse_blocks_moving =
         mean(frames, 1, [](const FrameQuality& frame) { return frame.moves ? frame.worse_blocks : std::nullopt; });
+    quality.radiance = mean_radiance(frames);
     return quality;
 }
 

@@ -8,6 +8,7 @@
 #include "io/image.h"
 #include "metrics/blocks.h"
 #include "metrics/masks.h"
+#include "metrics/radiance.h"
 #include "metrics/regions.h"
 
 namespace clarus::metrics {
@@ -24,7 +25,8 @@ struct FrameQuality {
     BlockErrors blocks;
     std::optional<double> worse_blocks;  // share of them that are worse than a baseline's; none without one
     RegionQualities regions;
-    bool moves = false;  // a moving frame; not without masks
+    bool moves = false;                       // a moving frame; not without masks
+    std::optional<RadianceQuality> radiance;  // of linear sequences; left to who sees the images
 };
 
 /// PSNR and SSIM of display values, of the whole, of blocks and, where there are masks, inside of them. Errors: as
@@ -42,6 +44,7 @@ struct SequenceQuality {
     RegionQualities regions;                    // means over the frames that have one
     std::optional<double> worst_blocks_psnr;    // of the worst hundredth of all frames' blocks together
     std::optional<double> worse_blocks;         // share of all frames' blocks
+    std::optional<RadianceQuality> radiance;    // means, of frames that all have one
     std::optional<double> worse_blocks_moving;  // of moving frames' blocks
 };
 
