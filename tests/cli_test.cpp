@@ -591,10 +591,13 @@ TEST_CASE("compare measures in masks, and blocks against a baseline") {
               nlohmann::ordered_json whole{{"result", taau.string()}};
               whole.update(cli::quality_json(metrics::summarise(expected)));
               whole["if_ssim"] = figures[0]["if_ssim"];
+              for (const char* key : {"strred", "srred", "trred"}) whole[key] = figures[0][key];
               for (size_t i = 0; i < 4; ++i) {
                   nlohmann::ordered_json frame{{"name", fmt::format("{:04}", i)}};
                   frame.update(cli::quality_json(expected[i]));
-                  if (i > 0) frame["if_ssim"] = figures[0]["frames"][i]["if_ssim"];
+                  frame["srred"] = figures[0]["frames"][i]["srred"];
+                  for (const char* key : {"if_ssim", "trred"})
+                      if (i > 0) frame[key] = figures[0]["frames"][i][key];
                   whole["frames"].push_back(frame);
               }
               return whole.dump();
@@ -664,7 +667,7 @@ TEST_CASE("compare takes FLIP from a python3 that has it") {
     const Outcome missing = run_tool_after("PATH=" + (place / "bin").string(), command);
     CHECK(missing.exit_code == 1);
     CHECK_MESSAGE(contains(missing.err, "No module named 'flip_evaluator'"), missing.err);
-    CHECK(contains(missing.err, "pip install flip-evaluator"));
+    CHECK(contains(missing.err, "install flip-evaluator"));
     place.write("bin/python3", "#!/bin/sh\necho ready\n");
     CHECK(contains(run_tool_after("PATH=" + (place / "bin").string(), command).err, "ended without a figure"));
 
@@ -687,6 +690,65 @@ TEST_CASE("compare takes FLIP from a python3 that has it") {
         sum += largest;
     }
     CHECK(figures["flip"].get<double>() == doctest::Approx(sum / frame_count));
+}
+
+TEST_CASE("compare takes LPIPS from a python3 that has it, and fetches no weights") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::string> command{"compare", place.output().string(), place.sequence().string(), "--lpips",
+                                           "--json"};
+    const std::string debian = "PATH=/usr/bin:/bin ";
+    if (std::system((debian + "python3 -c 'import numpy' 2>/dev/null").c_str()) != 0) {
+        MESSAGE("no NumPy: not tried");
+        return;
+    }
+    // Stand-ins of the packages' interfaces; the figure is the largest difference.
+    fs::create_directories(place / "torch");
+    place.write("torch/__init__.py",
+                "import contextlib\n"
+                "no_grad = contextlib.nullcontext\n"
+                "class from_numpy:\n"
+                "    def __init__(self, array): self.array = array\n"
+                "    def permute(self, *order): return from_numpy(self.array.transpose(order))\n"
+                "    def __getitem__(self, index): return from_numpy(self.array[index])\n");
+    place.write("torch/hub.py",
+                "import os\n"
+                "def get_dir(): return os.environ['HUB']\n"
+                "def download_url_to_file(url, *more): raise AssertionError('it is fetched')\n"
+                "def load_state_dict_from_url(url):\n"
+                "    file = os.path.join(get_dir(), 'checkpoints', os.path.basename(url))\n"
+                "    if not os.path.exists(file): download_url_to_file(url, file)\n");
+    const std::string environment =
+        fmt::format("{}HUB={} PYTHONPATH={}", debian, (place / "hub").string(), (place / "").string());
+    const Outcome missing = run_tool_after(environment, command);
+    CHECK(missing.exit_code == 1);
+    CHECK_MESSAGE(contains(missing.err, "No module named 'lpips'"), missing.err);
+    place.write("lpips.py",
+                "import torch.hub\n"
+                "class LPIPS:\n"
+                "    def __init__(self, net, verbose):\n"
+                "        assert net == 'alex'\n"
+                "        torch.hub.load_state_dict_from_url('https://example.org/alexnet.pth')\n"
+                "        print('noise on stdout')\n"
+                "    def __call__(self, image, reference, normalize):\n"
+                "        assert normalize and image.array.shape == (1, 3, 32, 48)\n"
+                "        return abs(image.array - reference.array).max()\n");
+    const Outcome unfetched = run_tool_after(environment, command);
+    CHECK(unfetched.exit_code == 1);
+    CHECK(contains(unfetched.err, "https://example.org/alexnet.pth is not among the weights in "));
+    CHECK_MESSAGE(contains(unfetched.err, "which are not fetched"), unfetched.err);
+    fs::create_directories(place / "hub" / "checkpoints");
+    place.write("hub/checkpoints/alexnet.pth", "");
+    const Outcome outcome = run_tool_after(environment, command);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const io::Pixels result = io::read_image(place.output() / "0001.png");
+    const io::Pixels reference = io::read_image(place.sequence() / "reference" / "0001.png");
+    float largest = 0;
+    for (size_t k = 0; k < result.values.size(); ++k)
+        largest = std::max(largest, std::abs(result.values[k] - reference.values[k]));
+    const json figures = json::parse(outcome.out);
+    CHECK(figures["frames"][1]["lpips"].get<double>() == doctest::Approx(largest));
+    CHECK(figures.contains("lpips"));
 }
 
 TEST_CASE("compare names what it cannot compare") {

@@ -16,11 +16,12 @@
 #include "io/image.h"
 #include "io/qrisp.h"
 #include "metrics/display.h"
-#include "metrics/flip.h"
 #include "metrics/if_ssim.h"
 #include "metrics/masks.h"
 #include "metrics/pixel_std.h"
+#include "metrics/python_metric.h"
 #include "metrics/radiance.h"
+#include "metrics/strred.h"
 
 namespace clarus::cli {
 namespace {
@@ -72,7 +73,9 @@ struct Measure {
     const std::optional<metrics::InterFrame>& inter_frame;
     const metrics::Masks* masks;  // null where there are none
     bool is_static;
-    std::optional<metrics::Flip>& flip;
+    const metrics::StrredFrame& expected_strred;
+    bool has_previous;  // the frame before, and no cut between
+    std::optional<metrics::PythonMetric>&flip, &lpips;
 };
 
 // One of the folders, measured frame by frame.
@@ -94,7 +97,9 @@ class Result {
             if (with.expected_radiance)
                 quality.radiance = metrics::measure_radiance(metrics::exposed_radiance(image, with.reference.exposure),
                                                              *with.expected_radiance);
-            if (with.flip) quality.flip = with.flip->mean(pixels, with.expected);
+            if (with.flip) quality.flip = with.flip->measure(pixels, with.expected);
+            if (with.lpips) quality.lpips = with.lpips->measure(pixels, with.expected);
+            add_strred(pixels, with, quality);
             pixel_std_.add(pixels, with.is_static);
             compared_.frames.push_back(quality);
         } catch (const Error& error) {
@@ -129,9 +134,17 @@ class Result {
     }
 
   private:
+    void add_strred(const io::Pixels& pixels, const Measure& with, metrics::FrameQuality& quality) {
+        metrics::StrredFrame now = metrics::strred_frame(pixels, with.has_previous ? &strred_ : nullptr);
+        quality.srred = metrics::entropic_difference(now.spatial, with.expected_strred.spatial);
+        quality.trred = metrics::entropic_difference(now.temporal, with.expected_strred.temporal);
+        strred_ = std::move(now);
+    }
+
     std::map<std::string, std::filesystem::path> images_;
     ComparedResult compared_;
     metrics::PixelStd pixel_std_;
+    metrics::StrredFrame strred_;
     io::Pixels previous_;
 };
 
@@ -143,6 +156,9 @@ void ReferenceOptions::add_to(CLI::App& command) {
     command.add_flag("--linear", linear, "With a folder: its images and the results are linear HDR");
     command.add_flag("--flip", flip,
                      "FLIP, too, by NVIDIA's flip-evaluator (PyPI), which the python3 in the path must have");
+    command.add_flag("--lpips", lpips,
+                     "LPIPS, too, by its authors' package (PyPI's lpips), which the python3 in the path must have with "
+                     "torchvision's weights of AlexNet");
     command
         .add_option(
             "--baseline", baseline,
@@ -210,12 +226,14 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         baseline = std::ranges::find_if(folders, same) - folders.begin();
         if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references);
     }
-    std::optional<metrics::Flip> flip;
-    if (options.flip) flip.emplace();
+    std::optional<metrics::PythonMetric> flip, lpips;
+    if (options.flip) flip.emplace(metrics::flip_package);
+    if (options.lpips) lpips.emplace(metrics::lpips_package);
 
     struct Expected {
         io::Pixels pixels;
         std::optional<io::GroundTruth> truth;
+        metrics::StrredFrame strred;
     } previous;
     std::optional<metrics::MaskMaker> masks_of;
     if (const auto& sequence = references.front().sequence) masks_of.emplace(sequence->scale);
@@ -223,19 +241,22 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
     for (size_t i = 0; i < references.size(); ++i) {
         const Reference& reference = references[i];
         const io::Pixels image = io::read_image(reference.file);
-        Expected current{display_values(image, reference), ground_truth(reference)};
+        Expected current{display_values(image, reference), ground_truth(reference), {}};
         std::optional<io::Pixels> radiance;
         if (reference.color_space == ColorSpace::linear)
             radiance = metrics::exposed_radiance(image, reference.exposure);
         const bool follows = i > 0 && reference.index == references[i - 1].index + 1;
         std::optional<metrics::InterFrame> inter_frame;
-        const bool has_previous = follows && !is_cut(reference) && previous.truth && current.truth;
+        const bool has_previous = follows && !is_cut(reference);
+        const bool knows_motion = has_previous && previous.truth && current.truth;
+        current.strred = metrics::strred_frame(current.pixels, has_previous ? &previous.strred : nullptr);
         std::optional<metrics::Masks> masks;
-        if (current.truth) masks = masks_of->add(*current.truth, has_previous);
-        if (has_previous) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
+        if (current.truth) masks = masks_of->add(*current.truth, knows_motion);
+        if (knows_motion) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
         const bool is_static = follows && current.pixels.values == previous.pixels.values;
         for (Result& result : results)
-            result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static, flip});
+            result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static,
+                        current.strred, has_previous, flip, lpips});
         previous = std::move(current);
         progress.update(i + 1, references.size());
     }

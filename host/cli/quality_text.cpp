@@ -17,7 +17,7 @@ using Sequence = metrics::SequenceQuality;
 using Frame = metrics::FrameQuality;
 using Value = std::optional<double>;
 
-enum class Table { whole, psnr_in_places, ssim_in_places };
+enum class Table { whole, psnr_in_places, ssim_in_places, none };
 enum class Best { most, least, nearest_to_one };
 
 struct Figure {
@@ -67,6 +67,10 @@ std::vector<Figure> make_figures() {
         {"if_ssim", "IF-SSIM", 4, Best::most, Table::whole, &Sequence::if_ssim, &Frame::if_ssim},
         {"pixel_std", "pixel std", 2, Best::least, Table::whole, &Sequence::pixel_std, {}},
         {"flip", "FLIP", 4, Best::least, Table::whole, &Sequence::flip, &Frame::flip},
+        {"lpips", "LPIPS", 4, Best::least, Table::whole, &Sequence::lpips, &Frame::lpips},
+        {"strred", "STRRED", 2, Best::least, Table::whole, &Sequence::strred, {}},
+        {"srred", "SRRED", 4, Best::least, Table::none, &Sequence::srred, &Frame::srred},
+        {"trred", "TRRED", 4, Best::least, Table::none, &Sequence::trred, &Frame::trred},
         {"mean_ratio", "mean ratio", 4, Best::nearest_to_one, Table::whole, mean_ratio, mean_ratio},
         {"relative_error", "relative error", 4, Best::least, Table::whole, relative_error, relative_error},
         {"pq_psnr", "PQ PSNR (dB)", 2, Best::most, Table::whole, pq_psnr, pq_psnr}};

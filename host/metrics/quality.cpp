@@ -98,6 +98,10 @@ SequenceQuality summarise(std::span<const FrameQuality> frames) {
     quality.ssim = mean_of(&FrameQuality::ssim, frames.size());
     quality.if_ssim = mean_of(&FrameQuality::if_ssim, 1);
     quality.flip = mean_of(&FrameQuality::flip, frames.size());
+    quality.lpips = mean_of(&FrameQuality::lpips, frames.size());
+    quality.srred = mean_of(&FrameQuality::srred, 1);
+    quality.trred = mean_of(&FrameQuality::trred, 1);
+    if (quality.srred && quality.trred) quality.strred = *quality.srred * *quality.trred;
     for (size_t i = 0; i < region_count; ++i) quality.regions[i] = mean_region(frames, i);
     if (!blocks.empty()) quality.worst_blocks_psnr = psnr(worst_hundredth(std::move(blocks)));
     quality.worse_blocks = mean_of(&FrameQuality::worse_blocks, 1);

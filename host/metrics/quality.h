@@ -22,6 +22,9 @@ struct FrameQuality {
     std::optional<double> ssim;     // none for an image smaller than its window
     std::optional<double> if_ssim;  // with the frame before; none on a first frame, or without ground truth
     std::optional<double> flip;     // only where asked for
+    std::optional<double> lpips;    // likewise
+    std::optional<double> srred;    // STRRED's spatial part; none for small images
+    std::optional<double> trred;    // its temporal part, besides none without a frame before
     BlockErrors blocks;
     std::optional<double> worse_blocks;  // share of them that are worse than a baseline's; none without one
     RegionQualities regions;
@@ -40,6 +43,9 @@ struct SequenceQuality {
     double psnr = 0;                            // mean of the frames'
     double pooled_psnr = 0;                     // of the mean squared error over all frames
     std::optional<double> ssim, if_ssim, flip;  // means: of SSIM and FLIP only where every frame has one
+    std::optional<double> lpips;                // as FLIP
+    std::optional<double> srred, trred;         // means over the frames that have one
+    std::optional<double> strred;               // their product
     std::optional<double> pixel_std;            // 8-bit levels; left to who sees the images
     RegionQualities regions;                    // means over the frames that have one
     std::optional<double> worst_blocks_psnr;    // of the worst hundredth of all frames' blocks together
