@@ -25,7 +25,7 @@ try:
     import numpy
     exec(sys.argv[1])
 except Exception as error:
-    sys.exit(print(str(error).replace("\n", " "), file=answers))
+    sys.exit(print(str(error).replace("\n", " "), file=answers, flush=True))
 print("ready", file=answers, flush=True)
 def receive(width, height):
     numbers = numpy.frombuffer(bytearray(sys.stdin.buffer.read(width * height * 12)), numpy.float32)
@@ -47,13 +47,14 @@ def measure(image, reference):
                                  "install flip-evaluator numpy && PATH=$PWD/flip/bin:$PATH clarus compare --flip …"};
 
 const PythonPackage lpips_package{"LPIPS", R"(
-import warnings
+import contextlib, io, warnings
 warnings.filterwarnings("ignore")
 import torch, torch.hub, lpips
 def refuse(url, *arguments, **more):
     raise RuntimeError(f"{url} is not among the weights in {torch.hub.get_dir()}/checkpoints")
 torch.hub.download_url_to_file = refuse
-network = lpips.LPIPS(net="alex", verbose=False)
+with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):  # it would speak of downloads
+    network = lpips.LPIPS(net="alex", verbose=False)
 def measure(image, reference):
     planes = [torch.from_numpy(each).permute(2, 0, 1)[None] for each in (image, reference)]
     with torch.no_grad():
