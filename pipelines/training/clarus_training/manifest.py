@@ -1,12 +1,12 @@
 """Lists of sequences to render, as JSON.
 
     [{"name": "demo-1", "scene": "demo", "path": 1, "first_frame": 0, "frames": 24, "size": "320x180",
-      "jitter": "halton:16", "hdr": false, "thin": false,
+      "jitter": "halton:16", "hdr": false, "thin": false, "output_buffers": false,
       "segments": [{"frames": [0, 10], "kind": "moving"}, {"frames": [10, 24], "kind": "still"}]}]
 
 Only `name` and `scene` are needed; `jitter` is as `clarus render --jitter` takes it. `segments` say which frames (first,
 and one past the last, counted from the sequence's own 0) move and which stand still, `thin` that the scene has thin
-features. An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
+features, `output_buffers` that masks are wanted to measure in (docs/metrics.md). An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
 
     {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [100, 179]}
 """
@@ -27,6 +27,7 @@ class Entry(NamedTuple):
     reference_samples: int = 16
     hdr: bool = False
     thin: bool = False
+    output_buffers: bool = False
     segments: tuple = ()
 
     def frames_of(self, kind):
@@ -39,6 +40,7 @@ class Entry(NamedTuple):
         command += ["--frames", self.frames, "--first-frame", self.first_frame, "--jitter", self.jitter]
         command += ["--samples", self.samples, "--reference-samples", self.reference_samples]
         command += ["--hdr"] if self.hdr else []
+        command += ["--output-buffers"] if self.output_buffers else []
         return [str(word) for word in command + ["--output", output, "--force"]]
 
 
