@@ -21,12 +21,15 @@
 #include "cli/output_folder.h"
 #include "cli/quality_text.h"
 #include "io/file.h"
+#include "io/frames.h"
 #include "io/image.h"
 #include "io/sequence.h"
 #include "metrics/display.h"
 #include "metrics/if_ssim.h"
+#include "metrics/masks.h"
 #include "metrics/pixel_std.h"
 #include "metrics/quality.h"
+#include "metrics/radiance.h"
 #include "model_file.h"
 #include "temporary_folder.h"
 #include "test_device.h"
@@ -462,7 +465,13 @@ TEST_CASE("compare prints one table of several results") {
     std::vector<std::string> lines;
     for (std::istringstream text(table.out); std::getline(text, lines.emplace_back());) {
     }
-    REQUIRE(lines.size() == 5);  // with an empty one
+    REQUIRE(lines.size() > 6);
+    CHECK(lines[4].empty());
+    CHECK(contains(lines[5], "PSNR (dB) in places"));
+    for (const char* line :
+         {"No figures in masks: the sequence has no reference_depth", "No worse blocks: none of the"})
+        CHECK_MESSAGE(contains(table.out, line), table.out);
+    CHECK_FALSE(contains(table.out, "disoccl"));
     for (size_t i = 0; i < 3; ++i) {
         const json& row = singly[i];
         CHECK(lines[i + 1].starts_with(row["result"].get<std::string>()));
@@ -476,9 +485,15 @@ TEST_CASE("compare prints one table of several results") {
 
     const Outcome csv = run_tool({"compare", other, sequence, "--csv"});
     const json& row = singly[1];
-    CHECK(csv.out == fmt::format("result,psnr,pooled_psnr,ssim,if_ssim,pixel_std,flip\r\n\"{}\",{},{},{},,,\r\n", other,
-                                 row["psnr"].get<double>(), row["pooled_psnr"].get<double>(),
-                                 row["ssim"].get<double>()));
+    CHECK(csv.out.starts_with("result,psnr,pooled_psnr,ssim,if_ssim,pixel_std,flip,"));
+    CHECK(contains(csv.out, ",disoccluded_1_psnr,disoccluded_4_psnr,"));
+    const std::string line = csv.out.substr(csv.out.find("\r\n") + 2);
+    CHECK(line.starts_with(fmt::format("\"{}\",{},{},{},,,,", other, row["psnr"].get<double>(),
+                                       row["pooled_psnr"].get<double>(), row["ssim"].get<double>())));
+    CHECK(contains(line, fmt::format(",{},", row["worst_blocks_psnr"].get<double>())));
+    const std::string header = csv.out.substr(0, csv.out.find("\r\n"));
+    const auto commas = [](const std::string& text) { return std::ranges::count(text, ','); };
+    CHECK(commas(line) == commas(header) + 1);  // one in the name
     CHECK(run_tool({"compare", one, sequence, "--csv", "--json"}).exit_code == 2);
     CHECK(run_tool({"compare", one}).exit_code == 2);
 }
@@ -537,6 +552,104 @@ TEST_CASE("compare measures stability where the sequence has what that needs") {
                    fmt::format(", IF-SSIM {:.4f}, pixel std {:.2f} over 4 frames", sum / 2, *spread.mean())));
 }
 
+TEST_CASE("compare measures in masks, and blocks against a baseline") {
+    const Workplace place;
+    const fs::path sequence = place / "rendered", bicubic = place / "bicubic", taau = place / "taau";
+    REQUIRE(run_tool({"render", "--scene", "demo", "--path", "1", "--first-frame", "5", "--size", "80x48", "--frames",
+                      "4", "--reference-samples", "1", "--output-buffers", "-o", sequence.string()})
+                .exit_code == 0);
+    for (const fs::path& folder : {bicubic, taau})
+        REQUIRE(run_tool({"upscale", sequence.string(), "--model", folder.filename().string(), "--device",
+                          test_selector(), "--output", folder.string(), "--report", (folder / "report.json").string()})
+                    .exit_code == 0);
+    const auto compare = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "compare");
+        arguments.push_back(sequence.string());
+        return run_tool(arguments);
+    };
+    const auto compare_json = [&](std::vector<std::string> arguments) {
+        arguments.push_back("--json");
+        const Outcome outcome = compare(arguments);
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return json::parse(outcome.out);
+    };
+
+    const json figures = compare_json({taau.string(), bicubic.string()});
+    const io::Sequence described = io::read_sequence(sequence);
+    metrics::MaskMaker maker(2);
+    std::vector<metrics::FrameQuality> expected, baseline;
+    for (size_t i = 0; i < 4; ++i) {
+        const auto read = [&](const fs::path& folder) {
+            return metrics::display_values(io::read_image(folder / fmt::format("{:04}.png", i)), ColorSpace::srgb);
+        };
+        const metrics::Masks masks = maker.add(*io::read_ground_truth(described, i), i > 0);
+        expected.push_back(metrics::measure(read(taau), read(sequence / "reference"), &masks));
+        baseline.push_back(metrics::measure(read(bicubic), read(sequence / "reference"), &masks));
+    }
+    metrics::compare_blocks(expected, baseline);
+    CHECK(figures[0] == json::parse([&] {
+              nlohmann::ordered_json whole{{"result", taau.string()}};
+              whole.update(cli::quality_json(metrics::summarise(expected)));
+              whole["if_ssim"] = figures[0]["if_ssim"];
+              for (const char* key : {"strred", "srred", "trred"}) whole[key] = figures[0][key];
+              for (size_t i = 0; i < 4; ++i) {
+                  nlohmann::ordered_json frame{{"name", fmt::format("{:04}", i)}};
+                  frame.update(cli::quality_json(expected[i]));
+                  frame["srred"] = figures[0]["frames"][i]["srred"];
+                  for (const char* key : {"if_ssim", "trred"})
+                      if (i > 0) frame[key] = figures[0]["frames"][i][key];
+                  whole["frames"].push_back(frame);
+              }
+              return whole.dump();
+          }()));
+    CHECK(figures[0].contains("disoccluded_4_psnr"));
+    CHECK(figures[0]["frames"][2]["moves"] == true);
+    CHECK_FALSE(figures[1].contains("worse_blocks"));
+
+    // By its name or its report, or told; in a table with its note.
+    fs::rename(bicubic, place / "other");
+    const std::string other = (place / "other").string();
+    CHECK(compare_json({taau.string(), other})[0] == figures[0]);
+    fs::remove(place / "other" / "report.json");
+    CHECK_FALSE(compare_json({taau.string(), other})[0].contains("worse_blocks"));
+    CHECK(compare_json({taau.string(), "--baseline", other}) == figures[0]);
+    const Outcome text = compare({taau.string(), "--baseline", other});
+    CHECK_MESSAGE(contains(text.out, "disoccl. 4"), text.out);
+    CHECK(contains(text.out, "worse blocks (%)"));
+    CHECK_FALSE(contains(text.out, "No "));
+    CHECK(contains(compare({other, "--baseline", other}).out, "the only result is the baseline"));
+    const Outcome missing = compare({taau.string(), "--baseline", (place / "none").string()});
+    CHECK(missing.exit_code == 1);
+    CHECK(contains(missing.err, (place / "none").string()));
+}
+
+TEST_CASE("compare measures linear radiance, exposed") {
+    const Workplace place(ColorSpace::linear);
+    json description = place.description();
+    for (json& frame : description["frames"]) frame["exposure"] = 0.5;
+    place.describe(description);
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const Outcome outcome = run_tool({"compare", place.output().string(), place.sequence().string(), "--json"});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const json figures = json::parse(outcome.out);
+    metrics::RadianceQuality expected{0, 0, 0};
+    for (int i = 0; i < frame_count; ++i) {
+        const auto read = [&](const fs::path& folder) {
+            return metrics::exposed_radiance(io::read_image(folder / fmt::format("{:04}.exr", i)), 0.5f);
+        };
+        const auto quality = metrics::measure_radiance(read(place.output()), read(place.sequence() / "reference"));
+        CHECK(figures["frames"][i]["pq_psnr"].get<double>() == doctest::Approx(quality.pq_psnr));
+        *expected.mean_ratio += *quality.mean_ratio / frame_count;
+        expected.relative_error += quality.relative_error / frame_count;
+        expected.pq_psnr += quality.pq_psnr / frame_count;
+    }
+    CHECK(figures["mean_ratio"].get<double>() == doctest::Approx(*expected.mean_ratio));
+    CHECK(figures["relative_error"].get<double>() == doctest::Approx(expected.relative_error));
+    CHECK(figures["pq_psnr"].get<double>() == doctest::Approx(expected.pq_psnr));
+    CHECK(contains(run_tool({"compare", place.output().string(), place.sequence().string()}).out,
+                   fmt::format("mean ratio {:.4f}, relative error", *expected.mean_ratio)));
+}
+
 TEST_CASE("compare takes FLIP from a python3 that has it") {
     const Workplace place;
     REQUIRE(place.upscale("bicubic").exit_code == 0);
@@ -554,7 +667,7 @@ TEST_CASE("compare takes FLIP from a python3 that has it") {
     const Outcome missing = run_tool_after("PATH=" + (place / "bin").string(), command);
     CHECK(missing.exit_code == 1);
     CHECK_MESSAGE(contains(missing.err, "No module named 'flip_evaluator'"), missing.err);
-    CHECK(contains(missing.err, "pip install flip-evaluator"));
+    CHECK(contains(missing.err, "install flip-evaluator"));
     place.write("bin/python3", "#!/bin/sh\necho ready\n");
     CHECK(contains(run_tool_after("PATH=" + (place / "bin").string(), command).err, "ended without a figure"));
 
@@ -577,6 +690,65 @@ TEST_CASE("compare takes FLIP from a python3 that has it") {
         sum += largest;
     }
     CHECK(figures["flip"].get<double>() == doctest::Approx(sum / frame_count));
+}
+
+TEST_CASE("compare takes LPIPS from a python3 that has it, and fetches no weights") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::string> command{"compare", place.output().string(), place.sequence().string(), "--lpips",
+                                           "--json"};
+    const std::string debian = "PATH=/usr/bin:/bin ";
+    if (std::system((debian + "python3 -c 'import numpy' 2>/dev/null").c_str()) != 0) {
+        MESSAGE("no NumPy: not tried");
+        return;
+    }
+    // Stand-ins of the packages' interfaces; the figure is the largest difference.
+    fs::create_directories(place / "torch");
+    place.write("torch/__init__.py",
+                "import contextlib\n"
+                "no_grad = contextlib.nullcontext\n"
+                "class from_numpy:\n"
+                "    def __init__(self, array): self.array = array\n"
+                "    def permute(self, *order): return from_numpy(self.array.transpose(order))\n"
+                "    def __getitem__(self, index): return from_numpy(self.array[index])\n");
+    place.write("torch/hub.py",
+                "import os\n"
+                "def get_dir(): return os.environ['HUB']\n"
+                "def download_url_to_file(url, *more): raise AssertionError('it is fetched')\n"
+                "def load_state_dict_from_url(url):\n"
+                "    file = os.path.join(get_dir(), 'checkpoints', os.path.basename(url))\n"
+                "    if not os.path.exists(file): download_url_to_file(url, file)\n");
+    const std::string environment =
+        fmt::format("{}HUB={} PYTHONPATH={}", debian, (place / "hub").string(), (place / "").string());
+    const Outcome missing = run_tool_after(environment, command);
+    CHECK(missing.exit_code == 1);
+    CHECK_MESSAGE(contains(missing.err, "No module named 'lpips'"), missing.err);
+    place.write("lpips.py",
+                "import torch.hub\n"
+                "class LPIPS:\n"
+                "    def __init__(self, net, verbose):\n"
+                "        assert net == 'alex'\n"
+                "        torch.hub.load_state_dict_from_url('https://example.org/alexnet.pth')\n"
+                "        print('noise on stdout')\n"
+                "    def __call__(self, image, reference, normalize):\n"
+                "        assert normalize and image.array.shape == (1, 3, 32, 48)\n"
+                "        return abs(image.array - reference.array).max()\n");
+    const Outcome unfetched = run_tool_after(environment, command);
+    CHECK(unfetched.exit_code == 1);
+    CHECK(contains(unfetched.err, "https://example.org/alexnet.pth is not among the weights in "));
+    CHECK_MESSAGE(contains(unfetched.err, "which are not fetched"), unfetched.err);
+    fs::create_directories(place / "hub" / "checkpoints");
+    place.write("hub/checkpoints/alexnet.pth", "");
+    const Outcome outcome = run_tool_after(environment, command);
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    const io::Pixels result = io::read_image(place.output() / "0001.png");
+    const io::Pixels reference = io::read_image(place.sequence() / "reference" / "0001.png");
+    float largest = 0;
+    for (size_t k = 0; k < result.values.size(); ++k)
+        largest = std::max(largest, std::abs(result.values[k] - reference.values[k]));
+    const json figures = json::parse(outcome.out);
+    CHECK(figures["frames"][1]["lpips"].get<double>() == doctest::Approx(largest));
+    CHECK(figures.contains("lpips"));
 }
 
 TEST_CASE("compare names what it cannot compare") {

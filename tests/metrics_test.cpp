@@ -87,7 +87,7 @@ struct Pair {
 
 using Mask = std::vector<uint8_t>;
 
-// spec/metrics.md, "IF-SSIM", step by step and in double.
+// docs/metrics.md, "IF-SSIM", step by step and in double.
 double plain_if_ssim(const Pair& pair, const Pixels& before, const Pixels& after) {
     const auto [width, height] = before.size;
     const auto sample = [&](const Pixels& image, double x, double y, int c) {

@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "cli/comparison.h"
 #include "cli/contact_sheet.h"
+#include "cli/image_folder.h"
 #include "cli/quality_text.h"
 
 namespace clarus::cli {
@@ -39,11 +40,6 @@ size_t shown_frame(const ContactSheet& sheet, const std::vector<Reference>& refe
     return static_cast<size_t>(shown - references.begin());
 }
 
-/// A folder's own name, however it was given.
-std::string name_of(const std::filesystem::path& folder) {
-    return (std::filesystem::absolute(folder).lexically_normal() / "").parent_path().filename().string();
-}
-
 void draw_sheet(const ContactSheet& sheet, const std::vector<ComparedResult>& results, const Reference& reference,
                 size_t frame) {
     std::vector<SheetColumn> columns;
@@ -52,6 +48,18 @@ void draw_sheet(const ContactSheet& sheet, const std::vector<ComparedResult>& re
             {fmt::format("{}, {:.2f} dB", name_of(result.folder), result.frames[frame].psnr), result.files[frame]});
     columns.push_back({"reference", reference.file});
     sheet.draw(columns, reference);
+}
+
+void print_text(const CompareOptions& options, std::span<const NamedQuality> rows,
+                std::span<const Reference> references) {
+    const bool emphasise = rows.size() > 1 && isatty(STDOUT_FILENO) != 0;
+    if (rows.size() == 1)
+        fmt::print("{} over {} frames\n", to_text(rows[0].quality), references.size());
+    else
+        fmt::print("{}", quality_table(rows, emphasise));
+    fmt::print("{}", places_tables(rows, emphasise));
+    for (const std::string& line : missing_figures(options.results, references, options.reference))
+        fmt::print("\n{}\n", line);
 }
 
 void print_comparison(const CompareOptions& options) {
@@ -68,10 +76,8 @@ void print_comparison(const CompareOptions& options) {
         fmt::print("{}\n", (json.size() == 1 ? json[0] : json).dump(2));
     else if (options.form == Form::csv)
         fmt::print("{}", quality_csv(rows));
-    else if (rows.size() == 1)
-        fmt::print("{} over {} frames\n", to_text(rows[0].quality), references.size());
     else
-        fmt::print("{}", quality_table(rows, isatty(STDOUT_FILENO)));
+        print_text(options, rows, references);
     if (!options.sheet.file.empty()) draw_sheet(options.sheet, results, references[shown], shown);
 }
 
@@ -113,11 +119,23 @@ void add_compare_command(CLI::App& app) {
         "             change, but not across cuts. It needs motion and depth of output pixels: clarus render\n"
         "             --output-buffers writes them; those of render pixels are not taken in their place\n"
         "  pixel std  temporal standard deviation, in 8-bit levels, of the pixels of static segments: runs of frames\n"
-        "             whose references are, bit for bit, that of the frame before\n\n"
+        "             whose references are, bit for bit, that of the frame before\n"
+        "STRRED is of both, space and time: 0 where nothing differs.\n\n"
+        "More tables are of places; masks are made from the same motion and depth (docs/metrics.md has all "
+        "definitions):\n"
+        "  disoccl. N    what was hidden or outside the picture in any of the last N frames\n"
+        "  thin          what is narrower than two render pixels, and its neighbours\n"
+        "  moving        by half a render pixel or more; still: by less than 1/16, and not disoccl. 8\n"
+        "  worst 1 %     of all blocks of 48x48 pixels: their pooled PSNR\n"
+        "  worse blocks  whose error is larger than the baseline's: of all frames, of moving ones\n\n"
+        "Linear sequences are measured in radiance, too: the ratio of means, the mean relative error, and the PSNR of "
+        "a PQ\n"
+        "encoding that shows 1 at 100 cd/m2.\n\n"
         "Examples:\n"
         "  clarus compare upscaled sequence\n"
-        "  clarus compare bicubic taau enss sequence          one table, the best in bold\n"
+        "  clarus compare bicubic taau enss sequence          tables, the best in bold\n"
         "  clarus compare bicubic enss sequence --csv > quality.csv\n"
+        "  clarus compare taau enss sequence --baseline bilinear\n"
         "  clarus compare bicubic enss sequence --sheet sheet.png --sheet-frame 0012 --crop 400,200,160,90\n"
         "  clarus compare upscaled sequence/reference --frames :8 --json");
     command.callback([options] { print_comparison(*options); });

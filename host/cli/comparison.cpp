@@ -1,7 +1,9 @@
 #include "cli/comparison.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "base/error.h"
@@ -9,13 +11,17 @@
 #include "cli/image_folder.h"
 #include "cli/progress.h"
 #include "cli/quality_text.h"
+#include "io/file.h"
 #include "io/frames.h"
 #include "io/image.h"
 #include "io/qrisp.h"
 #include "metrics/display.h"
-#include "metrics/flip.h"
 #include "metrics/if_ssim.h"
+#include "metrics/masks.h"
 #include "metrics/pixel_std.h"
+#include "metrics/python_metric.h"
+#include "metrics/radiance.h"
+#include "metrics/strred.h"
 
 namespace clarus::cli {
 namespace {
@@ -29,19 +35,47 @@ bool is_cut(const Reference& reference) {
     return reference.sequence && reference.sequence->frames[reference.index].reset;
 }
 
+bool has_ground_truth(const Reference& reference) {
+    if (!reference.sequence) return false;
+    const auto& optional = reference.sequence->frames[reference.index].optional;
+    return optional.contains("reference_depth") && optional.contains("reference_motion");
+}
+
+bool is_same(const std::filesystem::path& folder, const std::filesystem::path& other) {
+    std::error_code none;
+    return std::filesystem::equivalent(folder, other, none);
+}
+
 // Motion and depth of a reference, where the sequence has them.
 std::optional<io::GroundTruth> ground_truth(const Reference& reference) {
     if (!reference.sequence) return std::nullopt;
     return io::read_ground_truth(*reference.sequence, reference.index);
 }
 
+io::Pixels display_values(const io::Pixels& image, const Reference& reference) {
+    return metrics::display_values(image, reference.color_space, reference.exposure);
+}
+
+bool is_bicubic(const std::filesystem::path& folder) {
+    if (name_of(folder) == "bicubic") return true;
+    const std::filesystem::path file = folder / "report.json";
+    if (!std::filesystem::exists(file)) return false;
+    const auto report = nlohmann::json::parse(io::read_file(file), nullptr, false);
+    const nlohmann::json::json_pointer name("/model/name");
+    return report.contains(name) && report[name] == "bicubic";
+}
+
 // What one result's frames are measured with; `inter_frame` and `is_static` are of this frame and the one before it.
 struct Measure {
     const Reference& reference;
     const io::Pixels& expected;
+    const std::optional<io::Pixels>& expected_radiance;  // of linear sequences
     const std::optional<metrics::InterFrame>& inter_frame;
+    const metrics::Masks* masks;  // null where there are none
     bool is_static;
-    std::optional<metrics::Flip>& flip;
+    const metrics::StrredFrame& expected_strred;
+    bool has_previous;  // the frame before, and no cut between
+    std::optional<metrics::PythonMetric>&flip, &lpips;
 };
 
 // One of the folders, measured frame by frame.
@@ -55,11 +89,17 @@ class Result {
 
     void add(const Measure& with) {
         const std::filesystem::path& file = compared_.files[compared_.frames.size()];
-        io::Pixels pixels = read_display(file, with.reference);
+        const io::Pixels image = io::read_image(file);
+        io::Pixels pixels = display_values(image, with.reference);
         try {
-            metrics::FrameQuality quality = metrics::measure(pixels, with.expected);
+            metrics::FrameQuality quality = metrics::measure(pixels, with.expected, with.masks);
             if (with.inter_frame) quality.if_ssim = with.inter_frame->ssim(previous_, pixels);
-            if (with.flip) quality.flip = with.flip->mean(pixels, with.expected);
+            if (with.expected_radiance)
+                quality.radiance = metrics::measure_radiance(metrics::exposed_radiance(image, with.reference.exposure),
+                                                             *with.expected_radiance);
+            if (with.flip) quality.flip = with.flip->measure(pixels, with.expected);
+            if (with.lpips) quality.lpips = with.lpips->measure(pixels, with.expected);
+            add_strred(pixels, with, quality);
             pixel_std_.add(pixels, with.is_static);
             compared_.frames.push_back(quality);
         } catch (const Error& error) {
@@ -67,6 +107,12 @@ class Result {
             fail(ErrorKind::file, "{} against {}: {}", file.string(), with.reference.file.string(), error.what());
         }
         previous_ = std::move(pixels);
+    }
+
+    const std::vector<metrics::FrameQuality>& frames() const { return compared_.frames; }
+
+    void compare_blocks(std::span<const metrics::FrameQuality> baseline) {
+        metrics::compare_blocks(compared_.frames, baseline);
     }
 
     ComparedResult take() {
@@ -88,9 +134,17 @@ class Result {
     }
 
   private:
+    void add_strred(const io::Pixels& pixels, const Measure& with, metrics::FrameQuality& quality) {
+        metrics::StrredFrame now = metrics::strred_frame(pixels, with.has_previous ? &strred_ : nullptr);
+        quality.srred = metrics::entropic_difference(now.spatial, with.expected_strred.spatial);
+        quality.trred = metrics::entropic_difference(now.temporal, with.expected_strred.temporal);
+        strred_ = std::move(now);
+    }
+
     std::map<std::string, std::filesystem::path> images_;
     ComparedResult compared_;
     metrics::PixelStd pixel_std_;
+    metrics::StrredFrame strred_;
     io::Pixels previous_;
 };
 
@@ -102,6 +156,15 @@ void ReferenceOptions::add_to(CLI::App& command) {
     command.add_flag("--linear", linear, "With a folder: its images and the results are linear HDR");
     command.add_flag("--flip", flip,
                      "FLIP, too, by NVIDIA's flip-evaluator (PyPI), which the python3 in the path must have");
+    command.add_flag("--lpips", lpips,
+                     "LPIPS, too, by its authors' package (PyPI's lpips), which the python3 in the path must have with "
+                     "torchvision's weights of AlexNet");
+    command
+        .add_option(
+            "--baseline", baseline,
+            "The result whose blocks the others' are compared with, one of them or another; where not given the "
+            "one that is bicubic's, by its folder's name or report.json")
+        ->type_name("FOLDER");
 }
 
 std::vector<Reference> read_references(const ReferenceOptions& options) {
@@ -125,7 +188,30 @@ std::vector<Reference> read_references(const ReferenceOptions& options) {
 }
 
 io::Pixels read_display(const std::filesystem::path& file, const Reference& reference) {
-    return metrics::display_values(io::read_image(file), reference.color_space, reference.exposure);
+    return display_values(io::read_image(file), reference);
+}
+
+std::optional<std::filesystem::path> baseline_of(std::span<const std::filesystem::path> folders,
+                                                 const ReferenceOptions& options) {
+    if (!options.baseline.empty()) return options.baseline;
+    const auto found = std::ranges::find_if(folders, is_bicubic);
+    return found == folders.end() ? std::nullopt : std::optional(*found);
+}
+
+std::vector<std::string> missing_figures(std::span<const std::filesystem::path> folders,
+                                         std::span<const Reference> references, const ReferenceOptions& options) {
+    std::vector<std::string> lines;
+    if (!std::ranges::any_of(references, has_ground_truth))
+        lines.push_back(references.front().sequence
+                            ? "No figures in masks: the sequence has no reference_depth and reference_motion (clarus "
+                              "render --output-buffers)."
+                            : "No figures in masks: a folder of images has no depth and motion.");
+    const auto baseline = baseline_of(folders, options);
+    if (!baseline)
+        lines.push_back("No worse blocks: none of the results is bicubic's, and no --baseline is given.");
+    else if (folders.size() == 1 && is_same(folders.front(), *baseline))
+        lines.push_back("No worse blocks: the only result is the baseline.");
+    return lines;
 }
 
 std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
@@ -133,29 +219,52 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
     std::vector<Result> results;
     for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references);
     for (const Result& result : results) result.warn_of_unused(references, options.sequence);
-    std::optional<metrics::Flip> flip;
-    if (options.flip) flip.emplace();
+    const std::optional<std::filesystem::path> baseline_folder = baseline_of(folders, options);
+    std::optional<size_t> baseline;
+    if (baseline_folder) {
+        const auto same = [&](const std::filesystem::path& folder) { return is_same(folder, *baseline_folder); };
+        baseline = std::ranges::find_if(folders, same) - folders.begin();
+        if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references);
+    }
+    std::optional<metrics::PythonMetric> flip, lpips;
+    if (options.flip) flip.emplace(metrics::flip_package);
+    if (options.lpips) lpips.emplace(metrics::lpips_package);
 
     struct Expected {
         io::Pixels pixels;
         std::optional<io::GroundTruth> truth;
+        metrics::StrredFrame strred;
     } previous;
+    std::optional<metrics::MaskMaker> masks_of;
+    if (const auto& sequence = references.front().sequence) masks_of.emplace(sequence->scale);
     Progress progress("comparing");
     for (size_t i = 0; i < references.size(); ++i) {
         const Reference& reference = references[i];
-        Expected current{read_display(reference.file, reference), ground_truth(reference)};
+        const io::Pixels image = io::read_image(reference.file);
+        Expected current{display_values(image, reference), ground_truth(reference), {}};
+        std::optional<io::Pixels> radiance;
+        if (reference.color_space == ColorSpace::linear)
+            radiance = metrics::exposed_radiance(image, reference.exposure);
         const bool follows = i > 0 && reference.index == references[i - 1].index + 1;
         std::optional<metrics::InterFrame> inter_frame;
-        if (follows && !is_cut(reference) && previous.truth && current.truth)
-            inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
+        const bool has_previous = follows && !is_cut(reference);
+        const bool knows_motion = has_previous && previous.truth && current.truth;
+        current.strred = metrics::strred_frame(current.pixels, has_previous ? &previous.strred : nullptr);
+        std::optional<metrics::Masks> masks;
+        if (current.truth) masks = masks_of->add(*current.truth, knows_motion);
+        if (knows_motion) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
         const bool is_static = follows && current.pixels.values == previous.pixels.values;
-        for (Result& result : results) result.add({reference, current.pixels, inter_frame, is_static, flip});
+        for (Result& result : results)
+            result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static,
+                        current.strred, has_previous, flip, lpips});
         previous = std::move(current);
         progress.update(i + 1, references.size());
     }
 
+    for (size_t i = 0; baseline && i < folders.size(); ++i)
+        if (i != *baseline) results[i].compare_blocks(results[*baseline].frames());
     std::vector<ComparedResult> compared;
-    for (Result& result : results) compared.push_back(result.take());
+    for (size_t i = 0; i < folders.size(); ++i) compared.push_back(results[i].take());
     return compared;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +20,8 @@ struct ReferenceOptions {
     SequenceOptions sequence;  // or a folder of images of the results' names
     double scale = 2;
     bool linear = false;
-    bool flip = false;
+    bool flip = false, lpips = false;
+    std::filesystem::path baseline;  // empty: the result that is bicubic's, where there is one
 
     void add_to(CLI::App& command);  // but for the sequence's path
 };
@@ -46,6 +48,15 @@ struct ComparedResult {
     std::vector<metrics::FrameQuality> frames;  // likewise
     metrics::SequenceQuality quality;
 };
+
+/// The result whose blocks the others' are compared with: the one asked for, or the first of the folders that is
+/// bicubic's, by its name or by the report.json in it; none where there is none.
+std::optional<std::filesystem::path> baseline_of(std::span<const std::filesystem::path> folders,
+                                                 const ReferenceOptions& options);
+
+/// Why figures of places are absent, a line each.
+std::vector<std::string> missing_figures(std::span<const std::filesystem::path> folders,
+                                         std::span<const Reference> references, const ReferenceOptions& options);
 
 /// Every figure that the references allow, of all results together; warns of images without a reference. Errors: file,
 /// naming the image that is missing or does not fit.

@@ -14,4 +14,7 @@ std::map<std::string, std::filesystem::path> images_in(const std::filesystem::pa
 std::filesystem::path require_image(const std::map<std::string, std::filesystem::path>& images, const std::string& name,
                                     const std::filesystem::path& folder);
 
+/// The last part of a path, however it was given: with a slash behind it, as ".".
+std::string name_of(const std::filesystem::path& path);
+
 }  // namespace clarus::cli

@@ -57,12 +57,6 @@ Json read_run(const fs::path& folder) {
     return run;
 }
 
-/// The last part of a path that has one.
-std::string name_of(const fs::path& path) {
-    const fs::path normal = fs::absolute(path).lexically_normal();
-    return (normal.has_filename() ? normal : normal.parent_path()).filename().string();
-}
-
 /// Folders' or files' last parts; whole paths where those are not enough to tell them apart.
 std::vector<std::string> names_of(std::span<const fs::path> paths) {
     std::vector<std::string> names;

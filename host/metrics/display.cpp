@@ -13,11 +13,13 @@ namespace {
 
 constexpr float infinity_becomes = 65504;
 
+float exposed(float value, float exposure) {
+    if (!(value > 0)) return 0;  // NaN too
+    return std::min((std::isinf(value) ? infinity_becomes : value) * exposure, std::numeric_limits<float>::max());
+}
+
 std::array<float, 3> encode(std::array<float, 3> color, float exposure) {
-    for (float& value : color) {
-        if (!(value > 0)) value = 0;  // NaN too
-        value = std::min((std::isinf(value) ? infinity_becomes : value) * exposure, std::numeric_limits<float>::max());
-    }
+    for (float& value : color) value = exposed(value, exposure);
     const float brightest = std::max({color[0], color[1], color[2]});
     for (float& value : color) value = encode_srgb(value / (1 + brightest));
     return color;
@@ -25,13 +27,25 @@ std::array<float, 3> encode(std::array<float, 3> color, float exposure) {
 
 float clamped(float value) { return value > 0 ? std::min(value, 1.0f) : 0; }
 
-}  // namespace
-
-io::Pixels display_values(const io::Pixels& pixels, ColorSpace color_space, float exposure) {
+void require_colors(const io::Pixels& pixels) {
     if (pixels.channels < 3)
         fail(ErrorKind::invalid_argument, "an image of {} channels cannot be compared; three are needed",
              pixels.channels);
+}
 
+}  // namespace
+
+io::Pixels exposed_radiance(const io::Pixels& pixels, float exposure) {
+    require_colors(pixels);
+    io::Pixels radiance{pixels.size, 3, {}};
+    radiance.values.reserve(static_cast<size_t>(pixels.size.width) * pixels.size.height * 3);
+    for (size_t i = 0; i < pixels.values.size(); i += pixels.channels)
+        for (size_t c = 0; c < 3; ++c) radiance.values.push_back(exposed(pixels.values[i + c], exposure));
+    return radiance;
+}
+
+io::Pixels display_values(const io::Pixels& pixels, ColorSpace color_space, float exposure) {
+    require_colors(pixels);
     io::Pixels display{pixels.size, 3, {}};
     display.values.reserve(static_cast<size_t>(pixels.size.width) * pixels.size.height * 3);
     for (size_t i = 0; i < pixels.values.size(); i += pixels.channels) {

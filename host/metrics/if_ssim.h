@@ -9,7 +9,7 @@
 
 namespace clarus::metrics {
 
-/// Two consecutive frames as IF-SSIM sees them (mnss.txt, section 4; spec/metrics.md): where each pixel was, and which
+/// Two consecutive frames as IF-SSIM sees them (mnss.txt, section 4; docs/metrics.md): where each pixel was, and which
 /// of them must look the same. Made once for all results that are measured on these frames. What the specification
 /// leaves open: the 5×5 window repeats the image's edge, odd sizes lose their last row or column to the pooling, and a
 /// pixel whose motion is invalid passes no test. A frame after a cut (`reset`) has no predecessor to be compared with.

@@ -7,7 +7,7 @@
 
 namespace clarus::metrics {
 
-/// Pixel std (enss-qrisp.txt, table 3; spec/metrics.md) of a result over a sequence's static segments: runs of two or
+/// Pixel std (enss-qrisp.txt, table 3; docs/metrics.md) of a result over a sequence's static segments: runs of two or
 /// more frames that show nothing new, so without the one that the camera came to rest in. A frame shows nothing new
 /// where its reference is, bit for bit, that of the frame before; the sequence's first frame belongs to the segment
 /// that begins with its second. Welford's sums: frames come one by one.

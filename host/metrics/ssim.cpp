@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "metrics/display.h"
@@ -9,7 +10,7 @@
 namespace clarus::metrics {
 namespace {
 
-constexpr int window = 11;
+constexpr int window = 2 * SsimMap::margin + 1;
 constexpr double sigma = 1.5;
 constexpr double c1 = 0.01 * 0.01;
 constexpr double c2 = 0.03 * 0.03;
@@ -60,7 +61,11 @@ void filter_row(const std::vector<double>& in, size_t channels, const std::array
 
 }  // namespace
 
-std::optional<double> ssim(const io::Pixels& image, const io::Pixels& reference) {
+double SsimMap::mean() const {
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::optional<SsimMap> ssim_map(const io::Pixels& image, const io::Pixels& reference) {
     require_comparable(image, reference);
     const auto [width, height] = image.size;
     if (width < window || height < window) return std::nullopt;
@@ -69,22 +74,32 @@ std::optional<double> ssim(const io::Pixels& image, const io::Pixels& reference)
     const size_t channels = image.channels;
     const size_t pitch = width * channels;
     Moments columns(pitch), sums((width - window + 1) * channels);
-    double total = 0;
+    SsimMap map{{width - window + 1, height - window + 1}, {}};
+    map.values.reserve(static_cast<size_t>(map.size.width) * map.size.height);
     for (int row = 0; row <= height - window; ++row) {
         filter_columns(&image.values[row * pitch], &reference.values[row * pitch], pitch, weights, columns);
         filter_row(columns.x, channels, weights, sums.x);
         filter_row(columns.y, channels, weights, sums.y);
         filter_row(columns.squares, channels, weights, sums.squares);
         filter_row(columns.product, channels, weights, sums.product);
+        double total = 0;
         for (size_t i = 0; i < sums.x.size(); ++i) {
             const double mean_product = sums.x[i] * sums.y[i];
             const double mean_squares = sums.x[i] * sums.x[i] + sums.y[i] * sums.y[i];
             const double covariance = sums.product[i] - mean_product;
             const double variances = sums.squares[i] - mean_squares;
             total += (2 * mean_product + c1) * (2 * covariance + c2) / ((mean_squares + c1) * (variances + c2));
+            if ((i + 1) % channels != 0) continue;
+            map.values.push_back(total / static_cast<double>(channels));
+            total = 0;
         }
     }
-    return total / (static_cast<double>(sums.x.size()) * (height - window + 1));
+    return map;
+}
+
+std::optional<double> ssim(const io::Pixels& image, const io::Pixels& reference) {
+    const std::optional<SsimMap> map = ssim_map(image, reference);
+    return map ? std::optional(map->mean()) : std::nullopt;
 }
 
 }  // namespace clarus::metrics

@@ -55,6 +55,7 @@ def main():
     parser.add_argument("--size", help="WxH in place of the manifest's render sizes")
     parser.add_argument("--jitter", help="as clarus render takes it, in place of the manifest's")
     parser.add_argument("--reference-samples", type=int, help="in place of the manifest's")
+    parser.add_argument("--output-buffers", action="store_true", help="for all, to measure in masks")
     parser.add_argument("--first", type=int, metavar="N", help="so many sequences from the list's start, in place of all")
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
     arguments = parser.parse_args()
@@ -64,7 +65,7 @@ def main():
         entries = [entry for entry in entries if entry.name in arguments.only]
     start = time.monotonic()
     for i, entry in enumerate(entries):
-        given = {name: getattr(arguments, name) for name in ("size", "jitter", "reference_samples")}
+        given = {name: getattr(arguments, name) for name in ("size", "jitter", "reference_samples", "output_buffers")}
         entry = entry._replace(**{name: value for name, value in given.items() if value})
         rendered = render(arguments.clarus, entry, arguments.scale, arguments.directory)
         seconds = time.monotonic() - start

@@ -2,9 +2,12 @@
 
 python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdown] [--json FILE] [--device SELECTOR]
 
-DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. A scene's figures are means
-over its frames, of all or of those in segments marked moving or still; the last line is the mean over scenes. Pixel std
-is the specification's, in 8-bit levels, averaged over the static segments that `clarus compare` finds.
+DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. Two tables a model: what it
+gains over bicubic, and what it has. A scene's figures are means over its frames: of all, of those in segments marked
+moving or still, and, where sequences have output buffers, inside the masks of docs/metrics.md (frames that have the
+mask). Worst 1 % is of a scene's blocks of 48x48 pixels; worse blocks are those whose error is larger than bicubic's, in
+the frames marked moving. Pixel std is in 8-bit levels, averaged over the static segments that `clarus compare` finds.
+The last line is the mean over scenes; below it is whether the bars are met that a model of moving pictures should meet.
 """
 
 import argparse
@@ -16,16 +19,37 @@ import tempfile
 
 from . import manifest
 
-COLUMNS = {  # name: (heading, format)
+MASKS = {  # compare's name: heading
+    "disoccluded_1": "disoccl. 1",
+    "disoccluded_4": "disoccl. 4",
+    "disoccluded_8": "disoccl. 8",
+    "thin": "thin",
+    "moving": "moving pixels",
+    "still": "still pixels",
+}
+GAINS = {  # name: (heading, format)
+    "gain": ("gain (dB)", "+.2f"),
+    "moving_gain": ("moving", "+.2f"),
+    "still_gain": ("still", "+.2f"),
+    **{f"in_{mask}_gain": (heading, "+.2f") for mask, heading in MASKS.items()},
+    "worst_gain": ("worst 1 %", "+.2f"),
+    "worse_blocks": ("worse blocks (%)", ".1f"),
+    "pixel_std": ("pixel std", ".2f"),
+}
+ABSOLUTES = {
     "frames": ("frames", "d"),
     "bicubic_psnr": ("bicubic PSNR", ".2f"),
     "bicubic_ssim": ("SSIM", ".4f"),
     "psnr": ("model PSNR", ".2f"),
     "ssim": ("SSIM", ".4f"),
-    "gain": ("gain", "+.2f"),
-    "moving_gain": ("moving", "+.2f"),
-    "still_gain": ("still", "+.2f"),
-    "pixel_std": ("pixel std", ".2f"),
+    **{f"in_{mask}_psnr": (heading, ".2f") for mask, heading in MASKS.items()},
+    "worst_psnr": ("worst 1 %", ".2f"),
+    "if_ssim": ("IF-SSIM", ".4f"),
+    "strred": ("STRRED", ".2f"),
+}
+BARS = {  # name: (what it is, whether a value meets it, the bar in words)
+    "in_disoccluded_4_gain": ("gain where disoccluded 4 (dB)", lambda value: value >= 0, "0 or more"),
+    "worse_blocks": ("worse blocks in moving frames (%)", lambda value: value <= 5, "5 at most"),
 }
 
 
@@ -36,11 +60,12 @@ def run(command):
     return result.stdout
 
 
-def measure(clarus, sequence, model, options):
-    """What `clarus compare` has to say of a model: pixel_std, and frames, each with its psnr and ssim."""
-    with tempfile.TemporaryDirectory() as output:
-        run([clarus, "upscale", sequence, "--model", model, "--output", output, "--format", "exr", *options])
-        return json.loads(run([clarus, "compare", output, sequence, "--json"]))
+def measure(clarus, sequence, model, output, options, baseline=None):
+    """What `clarus compare` has to say of a model's images, which stay in the folder `output`: figures of the sequence,
+    and frames with theirs; of blocks against those in the folder `baseline`."""
+    run([clarus, "upscale", sequence, "--model", model, "--output", output, "--format", "exr", *options])
+    against = ["--baseline", baseline] if baseline else []
+    return json.loads(run([clarus, "compare", output, sequence, "--json", *against]))
 
 
 def mean(values):
@@ -48,46 +73,76 @@ def mean(values):
     return sum(values) / len(values) if values else None
 
 
-def figures_of(entry, model_frames, bicubic_frames, spread):
-    """A scene's row: the columns above by name, None where there is no such frame."""
+def difference(value, baseline):
+    return None if value is None or baseline is None else value - baseline
 
-    def mean_over(frames, figure, indices):
-        return mean([frames[t][figure] for t in indices])
 
-    def gain(indices):
-        return mean([model_frames[t]["psnr"] - bicubic_frames[t]["psnr"] for t in indices])
+def figures_of(entry, model, bicubic):
+    """A scene's row: the columns above by name, None where there is no such frame or mask."""
+    frames, bicubic_frames = model["frames"], bicubic["frames"]
 
-    every = range(len(model_frames))
-    return {
+    def mean_over(of, figure, indices):
+        return mean([of[t].get(figure) for t in indices])
+
+    def gain(figure, indices):
+        return mean([difference(frames[t].get(figure), bicubic_frames[t].get(figure)) for t in indices])
+
+    every, moving, still = range(len(frames)), entry.frames_of("moving"), entry.frames_of("still")
+    worse = mean_over(frames, "worse_blocks", moving)
+    row = {
         "scene": entry.name,
         "thin": entry.thin,
-        "frames": len(model_frames),
+        "frames": len(frames),
         "bicubic_psnr": mean_over(bicubic_frames, "psnr", every),
         "bicubic_ssim": mean_over(bicubic_frames, "ssim", every),
-        "psnr": mean_over(model_frames, "psnr", every),
-        "ssim": mean_over(model_frames, "ssim", every),
-        "gain": gain(every),
-        "moving_gain": gain(entry.frames_of("moving")),
-        "still_gain": gain(entry.frames_of("still")),
-        "pixel_std": spread,
+        "psnr": mean_over(frames, "psnr", every),
+        "ssim": mean_over(frames, "ssim", every),
+        "gain": gain("psnr", every),
+        "moving_gain": gain("psnr", moving),
+        "still_gain": gain("psnr", still),
+        "worst_psnr": model.get("worst_blocks_psnr"),
+        "worst_gain": difference(model.get("worst_blocks_psnr"), bicubic.get("worst_blocks_psnr")),
+        "worse_blocks": None if worse is None else 100 * worse,
+        "if_ssim": model.get("if_ssim"),
+        "strred": model.get("strred"),
+        "pixel_std": model.get("pixel_std"),
     }
+    for mask in MASKS:
+        row[f"in_{mask}_psnr"] = mean_over(frames, f"{mask}_psnr", every)
+        row[f"in_{mask}_gain"] = gain(f"{mask}_psnr", every)
+    return row
 
 
 def mean_row(rows):
-    means = {name: mean([row[name] for row in rows]) for name in COLUMNS}
+    means = {name: mean([row[name] for row in rows]) for name in [*GAINS, *ABSOLUTES]}
     return {"scene": "mean", "thin": False, **means, "frames": sum(row["frames"] for row in rows)}
 
 
-def table(rows, markdown):
-    cells = [["scene"] + [heading for heading, _ in COLUMNS.values()]]
+def table(rows, columns, markdown):
+    cells = [["scene"] + [heading for heading, _ in columns.values()]]
     for row in rows:
         named = [row["scene"] + (" (thin features)" if row["thin"] else "")]
-        cells.append(named + ["–" if row[c] is None else format(row[c], form) for c, (_, form) in COLUMNS.items()])
+        cells.append(named + ["–" if row[c] is None else format(row[c], form) for c, (_, form) in columns.items()])
     if markdown:
-        cells.insert(1, ["---"] + ["--:"] * len(COLUMNS))
+        cells.insert(1, ["---"] + ["--:"] * len(columns))
         return "\n".join(f"| {' | '.join(line)} |" for line in cells)
     widths = [max(map(len, column)) for column in zip(*cells)]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(line, widths)) for line in cells)
+
+
+def bars(rows):
+    """A line a bar: the mean over scenes, whether it meets the bar, and the scenes that do not."""
+    lines = []
+    *scenes, overall = rows
+    for name, (what, meets, words) in BARS.items():
+        if overall[name] is None:
+            lines.append(f"{what}: not measured, should be {words}")
+            continue
+        missed = [row["scene"] for row in scenes if row[name] is not None and not meets(row[name])]
+        verdict = "met" if meets(overall[name]) else "missed"
+        scenes_text = f"; not on {', '.join(missed)}" if missed else ""
+        lines.append(f"{what}: {overall[name]:.2f}, should be {words}: {verdict} on the mean{scenes_text}")
+    return "\n".join(lines)
 
 
 def evaluate(clarus, entries, directory, models, options):
@@ -95,19 +150,24 @@ def evaluate(clarus, entries, directory, models, options):
     rows, details = {model: [] for model in models}, {model: {} for model in models}
     for entry in entries:
         sequence = os.path.join(directory, entry.name)
-        bicubic = measure(clarus, sequence, "bicubic", options)["frames"]
-        for model in models:
-            figures = measure(clarus, sequence, model, options)
-            rows[model].append(figures_of(entry, figures["frames"], bicubic, figures.get("pixel_std")))
-            print(f"{model}, {entry.name}: {rows[model][-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
-            details[model][entry.name] = {"model": figures["frames"], "bicubic": bicubic}
+        with tempfile.TemporaryDirectory() as work:
+            baseline = os.path.join(work, "bicubic")
+            bicubic = measure(clarus, sequence, "bicubic", baseline, options)
+            for model in models:
+                with tempfile.TemporaryDirectory(dir=work) as output:
+                    figures = measure(clarus, sequence, model, output, options, baseline)
+                rows[model].append(figures_of(entry, figures, bicubic))
+                print(f"{model}, {entry.name}: {rows[model][-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
+                details[model][entry.name] = {"model": figures["frames"], "bicubic": bicubic["frames"]}
+        if all(rows[model][-1][f"in_{mask}_psnr"] is None for model in models for mask in MASKS):
+            print(f"{entry.name}: no masks, for it has no output buffers (make_data.py)", file=sys.stderr, flush=True)
     for model in models:
         rows[model].append(mean_row(rows[model]))
     return rows, details
 
 
 def main():
-    parser = argparse.ArgumentParser(description="PSNR, SSIM, gain and pixel std from the clarus program.")
+    parser = argparse.ArgumentParser(description="Gain over bicubic and absolute figures, in whole and in masks, from the clarus program.")
     parser.add_argument("clarus", help="the clarus program")
     parser.add_argument("manifest")
     parser.add_argument("directory")
@@ -123,7 +183,8 @@ def main():
     options = ["--device", arguments.device]
     rows, details = evaluate(arguments.clarus, entries, arguments.directory, arguments.models, options)
     for model in arguments.models:
-        print(f"{model}\n{table(rows[model], arguments.markdown)}")
+        print(f"{model}\n\n{table(rows[model], GAINS, arguments.markdown)}\n")
+        print(f"{table(rows[model], ABSOLUTES, arguments.markdown)}\n\n{bars(rows[model])}\n")
     if arguments.json:
         report = {m: {"scenes": rows[m][:-1], "mean": rows[m][-1], "frames": details[m]} for m in arguments.models}
         with open(arguments.json, "w") as file:

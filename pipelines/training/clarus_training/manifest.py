@@ -2,11 +2,13 @@
 
     [{"name": "demo-1", "scene": "demo", "path": 1, "first_frame": 0, "frames": 24, "size": "320x180",
       "jitter": "halton:16", "motion_at": "jittered", "depth": "linear", "reversed": false, "hdr": false, "thin": false,
+      "output_buffers": false,
       "segments": [{"frames": [0, 10], "kind": "moving"}, {"frames": [10, 24], "kind": "still"}]}]
 
 Only `name` and `scene` are needed; `jitter`, `motion_at` and `depth` are as `clarus render` takes them. `segments` say
 which frames (first, and one past the last, counted from the sequence's own 0) move and which stand still, `thin` that
-the scene has thin features. An entry with "n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
+the scene has thin features, `output_buffers` that masks are wanted to measure in (docs/metrics.md). An entry with
+"n": [a, b] stands for b − a + 1 of them, in whose text "{n}" is replaced:
 
     {"name": "town-{n}", "scene": "procedural:{n}", "path": "{n}", "n": [100, 179]}
 """
@@ -30,6 +32,7 @@ class Entry(NamedTuple):
     reversed: bool = False
     hdr: bool = False
     thin: bool = False
+    output_buffers: bool = False
     segments: tuple = ()
 
     def frames_of(self, kind):
@@ -42,7 +45,8 @@ class Entry(NamedTuple):
         command += ["--frames", self.frames, "--first-frame", self.first_frame, "--jitter", self.jitter]
         command += ["--samples", self.samples, "--reference-samples", self.reference_samples]
         command += ["--motion-at", self.motion_at, "--depth", self.depth]
-        command += [f"--{flag}" for flag in ("reversed", "hdr") if getattr(self, flag)]
+        flags = ("reversed", "hdr", "output_buffers")
+        command += [f"--{flag.replace('_', '-')}" for flag in flags if getattr(self, flag)]
         return [str(word) for word in command + ["--output", output, "--force"]]
 
 

@@ -27,7 +27,7 @@ class Recipe(unittest.TestCase):
             segments = [{"frames": [0, 2], "kind": "moving"}]
             with open(at("list.json"), "w") as file:
                 json.dump([{"name": "one", "scene": "demo", "frames": 3, "size": "48x32", "segments": segments}], file)
-            run("make_data.py", TOOL, at("list.json"), at("data"))
+            run("make_data.py", TOOL, at("list.json"), at("data"), "--output-buffers")
             self.assertIn("left alone", run("make_data.py", TOOL, at("list.json"), at("data")))
             train = ["-m", "clarus_training.train", "--scale", 2, "--data", at("data"), "--clip", 2, "--crop", 16]
             train += ["--batch", 2, "--threads", 1, "--steps", 2, "--amp"]
@@ -38,11 +38,14 @@ class Recipe(unittest.TestCase):
             mix = ["--mix", at("m2", "checkpoint.pt"), 0.25]
             run("-m", "clarus_training.export", at("m", "checkpoint.pt"), at("m.safetensors"), "--jitters", 16, *mix)
             evaluate = ["-m", "clarus_training.evaluate", TOOL, at("list.json"), at("data"), at("m.safetensors")]
-            run(*evaluate, "--json", at("figures.json"))
+            tables = run(*evaluate, "--json", at("figures.json"), "--markdown")
+            self.assertIn("worse blocks in moving frames (%): ", tables)
             with open(at("figures.json")) as file:
                 (figures,) = json.load(file).values()
             # Training starts near the upsampled colour, and two steps do not lead far away.
             self.assertGreater(figures["mean"]["psnr"], figures["mean"]["bicubic_psnr"] - 3)
+            self.assertIsNotNone(figures["mean"]["moving_gain"])
+            self.assertIsNotNone(figures["scenes"][0]["in_disoccluded_4_gain"])
             psnr = run("-m", "clarus_training.validation", at("m.safetensors"), at("data", "one"))
             self.assertIn(f"{figures['mean']['psnr']:.1f}"[:3], psnr)
 

@@ -286,6 +286,8 @@ class Evaluation(WithData):
         command = " ".join(entries[4].render_command("clarus", 2, "out"))
         self.assertIn("--motion-at centre --depth projective --reversed", command)
         self.assertNotIn("--hdr", command)
+        self.assertNotIn("--output-buffers", command)
+        self.assertIn("--output-buffers", entries[2]._replace(output_buffers=True).render_command("clarus", 3, "out"))
         outside = [{"frames": [3, 99], "kind": "still"}]
         twice = {"name": "one", "scene": "demo"}
         for broken in ({"name": "x"}, twice, {"name": "y", "scene": "demo", "segments": outside}):
@@ -309,6 +311,7 @@ class Evaluation(WithData):
         self.assertFalse(set.intersection(*({entry.path % 2 for entry in entries} for entries in tracks)))  # the cars
         self.assertGreaterEqual((len(held_out), len(tracks[1])), (4, 2))
         self.assertTrue(any(entry.thin for entry in held_out))
+        self.assertTrue(all(entry.output_buffers for entry in held_out))
         self.assertTrue(all(entry.frames_of("still") for entry in held_out))
         moving = sum(len(entry.frames_of("moving")) for entry in held_out)
         self.assertGreaterEqual(2 * moving, sum(entry.frames for entry in held_out))
@@ -316,23 +319,53 @@ class Evaluation(WithData):
     def test_figures(self):
         segments = ({"frames": [0, 1], "kind": "moving"}, {"frames": [1, 3], "kind": "still"})
         entry = manifest.Entry("one", "demo", frames=3, segments=segments)
-        ours = [{"psnr": p, "ssim": 0.9} for p in (30.0, 33.0, 34.0)]
-        bicubic = [{"psnr": p, "ssim": 0.8} for p in (29.0, 30.0, 30.0)]
-        row = evaluate.figures_of(entry, ours, bicubic, 0.5)
+        ours = {"pixel_std": 0.5, "worst_blocks_psnr": 21.0, "if_ssim": 0.9, "strred": 2.0}
+        ours["frames"] = [{"psnr": p, "ssim": 0.9, "worse_blocks": w} for p, w in ((30.0, 0.1), (33.0, 0.9), (34.0, 0.9))]
+        bicubic = {"worst_blocks_psnr": 20.0, "frames": [{"psnr": p, "ssim": 0.8} for p in (29.0, 30.0, 30.0)]}
+        # The first frame has no mask, the last one nothing disoccluded.
+        for t, values in ((1, (25.0, 26.0)), (2, (None, 30.0))):
+            for mask, value in zip(("disoccluded_4_psnr", "thin_psnr"), values):
+                if value:
+                    ours["frames"][t][mask], bicubic["frames"][t][mask] = value, value - t
+        row = evaluate.figures_of(entry, ours, bicubic)
         self.assertAlmostEqual(row["gain"], 8 / 3)
         self.assertEqual((row["moving_gain"], row["still_gain"]), (1.0, 3.5))
-        moving = evaluate.figures_of(entry._replace(segments=segments[:1]), ours, bicubic, None)
+        self.assertEqual((row["in_disoccluded_4_psnr"], row["in_disoccluded_4_gain"]), (25.0, 1.0))
+        self.assertEqual((row["in_thin_psnr"], row["in_thin_gain"]), (28.0, 1.5))
+        self.assertIsNone(row["in_moving_psnr"])
+        self.assertEqual((row["worst_gain"], row["worse_blocks"]), (1.0, 10.0))
+        plain = {"frames": [{key: frame[key] for key in ("psnr", "ssim")} for frame in ours["frames"]]}
+        moving = evaluate.figures_of(entry._replace(segments=segments[:1]), plain, bicubic)
+        self.assertEqual([moving[name] for name in ("pixel_std", "worst_gain", "worse_blocks", "in_thin_gain")], [None] * 4)
         mean = evaluate.mean_row([row, moving])
         self.assertEqual((mean["moving_gain"], mean["still_gain"], mean["frames"]), (1.0, 3.5, 6))
-        lines = evaluate.table([row, moving, mean], markdown=True).splitlines()
-        self.assertEqual(len({line.count("|") for line in lines}), 1)
-        self.assertIn("| +2.67 | +1.00 | +3.50 | 0.50 |", lines[2])
+        self.assertEqual((mean["in_thin_gain"], mean["worse_blocks"]), (1.5, 10.0))
+        for columns in (evaluate.GAINS, evaluate.ABSOLUTES):
+            lines = evaluate.table([row, moving, mean], columns, markdown=True).splitlines()
+            self.assertEqual({line.count("|") for line in lines}, {len(columns) + 2})
+            lines = evaluate.table([row, moving, mean], columns, markdown=False).splitlines()
+            self.assertEqual(len({len(line) for line in lines}), 1)
+        gains = evaluate.table([row, moving, mean], evaluate.GAINS, markdown=True).splitlines()
+        self.assertIn("| +2.67 | +1.00 | +3.50 | – | +1.00 | – | +1.50 | – | – | +1.00 | 10.0 | 0.50 |", gains[2])
+
+    def test_bars(self):
+        def row(scene, gain, worse):
+            return {"scene": scene, "in_disoccluded_4_gain": gain, "worse_blocks": worse}
+
+        gain, worse = evaluate.bars([row("a", 0.0, 4.0), row("b", 1.0, 6.0), row("mean", 0.5, 5.0)]).splitlines()
+        self.assertTrue(gain.endswith("0.50, should be 0 or more: met on the mean"), gain)
+        self.assertTrue(worse.endswith("5.00, should be 5 at most: met on the mean; not on b"), worse)
+        gain, worse = evaluate.bars([row("a", -0.5, None), row("mean", -0.5, None)]).splitlines()
+        self.assertTrue(gain.endswith("missed on the mean; not on a"), gain)
+        self.assertTrue(worse.endswith("not measured, should be 5 at most"), worse)
 
     def test_every_model_is_compared_with_one_bicubic(self):
         runs = []
 
-        def measure(clarus, sequence, model, options):
-            runs.append((os.path.basename(sequence), model))
+        def measure(clarus, sequence, model, output, options, baseline=None):
+            runs.append((os.path.basename(sequence), model, baseline and os.path.basename(baseline)))
+            os.makedirs(output, exist_ok=True)
+            self.assertTrue(baseline is None or os.path.isdir(baseline))
             frames = [{"psnr": {"bicubic": 20.0, "a": 21.0, "b": 23.0}[model], "ssim": 0.5}]
             return {"pixel_std": 1.0, "frames": frames} if sequence.endswith("one") else {"frames": frames}
 
@@ -343,7 +376,7 @@ class Evaluation(WithData):
         self.assertEqual([row["gain"] for row in rows["b"]], [3.0, 3.0, 3.0])
         self.assertEqual([row["pixel_std"] for row in rows["b"]], [1.0, None, 1.0])
         self.assertEqual(sorted(details["b"]), ["one", "two"])
-        self.assertEqual(runs.count(("one", "bicubic")), 1)
+        self.assertEqual(runs[:3], [("one", "bicubic", None), ("one", "a", "bicubic"), ("one", "b", "bicubic")])
 
 
 if __name__ == "__main__":
