@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.h"
@@ -21,6 +24,9 @@
 #include "io/image.h"
 #include "io/json_reader.h"
 #include "measure/bench_file.h"
+#include "metrics/blocks.h"
+#include "metrics/masks.h"
+#include "metrics/psnr.h"
 #include "report/page.h"
 
 namespace clarus::cli {
@@ -28,6 +34,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr size_t most_places = 40;  // of a result in the page
 
 struct ReportOptions {
     std::vector<fs::path> benches, results;
@@ -74,6 +82,14 @@ std::vector<size_t> evenly_spaced(size_t count, size_t most) {
     return indices;
 }
 
+/// An image as it stands in the page; `name` tells its format.
+std::string data_url(const fs::path& name, const io::Pixels& pixels) {
+    const std::vector<unsigned char> file = io::encode_image(name, pixels, io::SampleType::u8);
+    const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
+    const char* type = name.extension() == ".png" ? "png" : "jpeg";
+    return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
+}
+
 /// One row of pictures, which the page may show on either side.
 class Pictures {
   public:
@@ -95,19 +111,12 @@ class Pictures {
             if (is_display) how.color_space = ColorSpace::srgb;
             const io::Pixels pixels = read_display(file_of(index), how);
             size = pixels.size;
-            images.push_back(data_url(pixels));
+            images.push_back(data_url(name_, pixels));
         }
         return {{"name", name}, {"kind", kind}, {"size", {size.width, size.height}}, {"images", std::move(images)}};
     }
 
   private:
-    std::string data_url(const io::Pixels& pixels) const {
-        const std::vector<unsigned char> file = io::encode_image(name_, pixels, io::SampleType::u8);
-        const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
-        const char* type = name_.extension() == ".png" ? "png" : "jpeg";
-        return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
-    }
-
     std::span<const Reference> references_;
     std::vector<size_t> indices_;
     fs::path name_;
@@ -132,6 +141,60 @@ void add_views(const ComparedResult& result, const std::string& name, const Pict
     }
 }
 
+/// The masks of pictured frames, those of one kind together; white inside. Kinds without a pixel are left out.
+class MaskPictures {
+  public:
+    MaskPictures(std::span<const size_t> pictured, Size size) : pictured_(pictured), size_(size) {}
+
+    void add(size_t frame, const metrics::Masks& masks) {
+        if (std::ranges::find(pictured_, frame) == pictured_.end()) return;
+        for (size_t i = 0; i < metrics::region_count; ++i) {
+            io::Pixels pixels{size_, 1, {masks.masks[i].begin(), masks.masks[i].end()}};
+            has_pixels_[i] = has_pixels_[i] || std::ranges::count(masks.masks[i], 1) > 0;
+            images_[i].push_back(data_url("mask.png", pixels));
+        }
+    }
+
+    Json json() const {
+        Json masks = Json::array();
+        for (size_t i = 0; i < metrics::region_count; ++i)
+            if (has_pixels_[i] && images_[i].size() == pictured_.size())
+                masks.push_back({{"name", metrics::region_names[i]}, {"images", images_[i]}});
+        return masks;
+    }
+
+  private:
+    std::span<const size_t> pictured_;
+    Size size_;
+    std::array<std::vector<std::string>, metrics::region_count> images_;
+    std::array<bool, metrics::region_count> has_pixels_{};
+};
+
+/// The blocks of pictured frames that are worst, from the worst on: {"picture": index into the pictured, "x", "y": of
+/// the block's first pixel, "psnr"}.
+Json worst_places(const ComparedResult& result, std::span<const size_t> pictured) {
+    struct Place {
+        size_t picture;
+        int x, y;
+        double error;
+    };
+    std::vector<Place> places;
+    for (size_t i = 0; i < pictured.size(); ++i) {
+        const metrics::BlockErrors& blocks = result.frames[pictured[i]].blocks;
+        for (size_t k = 0; k < blocks.mean_squared_errors.size(); ++k) {
+            const int index = static_cast<int>(k), side = metrics::BlockErrors::side;
+            places.push_back(
+                {i, index % blocks.grid.width * side, index / blocks.grid.width * side, blocks.mean_squared_errors[k]});
+        }
+    }
+    std::ranges::stable_sort(places, std::greater(), &Place::error);
+    places.resize(std::min(places.size(), most_places));
+    Json json = Json::array();
+    for (const auto& [picture, x, y, error] : places)
+        json.push_back({{"picture", picture}, {"x", x}, {"y", y}, {"psnr", metrics::psnr(error)}});
+    return json;
+}
+
 /// Refuses a page that would replace what it is made from.
 void keep_what_is_read(const ReportOptions& options, std::span<const Reference> references) {
     TakenFiles taken;
@@ -153,14 +216,17 @@ void keep_what_is_read(const ReportOptions& options, std::span<const Reference> 
 }
 
 void add_results(const ReportOptions& options, std::span<const Reference> references, Json& data) {
-    const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
-    const std::vector<std::string> names = names_of(options.results);
     const Pictures pictures(options, references);
+    MaskPictures masks(pictures.indices(), io::read_image_header(references.front().file).size);
+    const std::vector<ComparedResult> results =
+        compare(options.results, references, options.reference,
+                [&](size_t frame, const metrics::Masks& seen) { masks.add(frame, seen); });
+    const std::vector<std::string> names = names_of(options.results);
 
     data["lossless"] = options.lossless;
     data["pictured"] = pictures.indices();
     for (const Reference& reference : references) data["frames"].push_back(reference.name);
-    Json& sources = data["sources"];
+    Json sources = Json::array();
     if (const auto& sequence = references.front().sequence) {
         data["render_size"] = {sequence->render_size.width, sequence->render_size.height};
         sources.push_back(
@@ -170,13 +236,18 @@ void add_results(const ReportOptions& options, std::span<const Reference> refere
     for (size_t i = 0; i < results.size(); ++i) {
         const ComparedResult& result = results[i];
         sources.push_back(pictures.source(names[i], "result", [&](size_t frame) { return result.files[frame]; }));
-        data["results"].push_back(
-            {{"name", names[i]}, {"quality", comparison_json(result, references)}, {"run", read_run(result.folder)}});
+        data["results"].push_back({{"name", names[i]},
+                                   {"quality", comparison_json(result, references)},
+                                   {"run", read_run(result.folder)},
+                                   {"places", worst_places(result, pictures.indices())}});
         progress.update(i + 1, results.size());
     }
     for (size_t i = 0; i < results.size(); ++i) add_views(results[i], names[i], pictures, references, sources);
     sources.push_back(pictures.source("reference", "reference", [&](size_t i) { return references[i].file; }));
+    data["masks"] = masks.json();
+    data["block"] = metrics::BlockErrors::side;
     data["output_size"] = sources.back()["size"];
+    data["sources"] = std::move(sources);
 }
 
 void write_report(const ReportOptions& options) {
@@ -235,7 +306,8 @@ void add_report_command(CLI::App& app) {
     command.add_option("-o,--output", options->output, "The page")->type_name("FILE")->capture_default_str();
     command.footer(
         "The page is one file that needs no network. A result's times are those of report.json in its folder, which\n"
-        "`clarus upscale --profile --report` writes; its views are those of `clarus upscale --view`.\n\n"
+        "`clarus upscale --profile --report` writes; its views are those of `clarus upscale --view`. Masks over the\n"
+        "pictures need a sequence with output buffers (clarus render --output-buffers).\n\n"
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output enss-s-x2 --profile --report enss-s-x2/report.json\n"
         "  clarus report bicubic enss-s-x2 --sequence sequence -o report.html\n"
