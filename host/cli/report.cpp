@@ -1,16 +1,12 @@
-#include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,13 +16,13 @@
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/progress.h"
+#include "cli/report_pictures.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/json_reader.h"
 #include "measure/bench_file.h"
 #include "metrics/blocks.h"
 #include "metrics/masks.h"
-#include "metrics/psnr.h"
 #include "report/page.h"
 
 namespace clarus::cli {
@@ -34,8 +30,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr size_t most_places = 40;  // of a result in the page
 
 struct ReportOptions {
     std::vector<fs::path> benches, results;
@@ -74,54 +68,6 @@ std::vector<std::string> names_of(std::span<const fs::path> paths) {
     return names;
 }
 
-/// At most `most` of so many frames, evenly spaced, with the first and the last.
-std::vector<size_t> evenly_spaced(size_t count, size_t most) {
-    std::vector<size_t> indices;
-    const size_t shown = std::min(count, most);
-    for (size_t i = 0; i < shown; ++i) indices.push_back(shown == 1 ? 0 : i * (count - 1) / (shown - 1));
-    return indices;
-}
-
-/// An image as it stands in the page; `name` tells its format.
-std::string data_url(const fs::path& name, const io::Pixels& pixels) {
-    const std::vector<unsigned char> file = io::encode_image(name, pixels, io::SampleType::u8);
-    const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
-    const char* type = name.extension() == ".png" ? "png" : "jpeg";
-    return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
-}
-
-/// One row of pictures, which the page may show on either side.
-class Pictures {
-  public:
-    Pictures(const ReportOptions& options, std::span<const Reference> references)
-        : references_(references),
-          indices_(evenly_spaced(references.size(), options.pictures)),
-          name_(options.lossless ? "picture.png" : "picture.jpg") {}
-
-    const std::vector<size_t>& indices() const { return indices_; }
-
-    /// `file_of`: that of a reference, by its index. `is_display`: it is a picture already, whatever the sequence's
-    /// colours.
-    template <typename FileOf>
-    Json source(const std::string& name, const char* kind, FileOf&& file_of, bool is_display = false) const {
-        Json images = Json::array();
-        Size size;
-        for (const size_t index : indices_) {
-            Reference how = references_[index];
-            if (is_display) how.color_space = ColorSpace::srgb;
-            const io::Pixels pixels = read_display(file_of(index), how);
-            size = pixels.size;
-            images.push_back(data_url(name_, pixels));
-        }
-        return {{"name", name}, {"kind", kind}, {"size", {size.width, size.height}}, {"images", std::move(images)}};
-    }
-
-  private:
-    std::span<const Reference> references_;
-    std::vector<size_t> indices_;
-    fs::path name_;
-};
-
 /// What `clarus upscale --view` left in a result's folder: a folder a view.
 std::set<fs::path> view_folders(const fs::path& result) {
     std::error_code none;
@@ -139,60 +85,6 @@ void add_views(const ComparedResult& result, const std::string& name, const Pict
         sources.push_back(
             pictures.source(fmt::format("{}: {}", name, folder.filename().string()), "view", file_of, true));
     }
-}
-
-/// The masks of pictured frames, those of one kind together; white inside. Kinds without a pixel are left out.
-class MaskPictures {
-  public:
-    MaskPictures(std::span<const size_t> pictured, Size size) : pictured_(pictured), size_(size) {}
-
-    void add(size_t frame, const metrics::Masks& masks) {
-        if (std::ranges::find(pictured_, frame) == pictured_.end()) return;
-        for (size_t i = 0; i < metrics::region_count; ++i) {
-            io::Pixels pixels{size_, 1, {masks.masks[i].begin(), masks.masks[i].end()}};
-            has_pixels_[i] = has_pixels_[i] || std::ranges::count(masks.masks[i], 1) > 0;
-            images_[i].push_back(data_url("mask.png", pixels));
-        }
-    }
-
-    Json json() const {
-        Json masks = Json::array();
-        for (size_t i = 0; i < metrics::region_count; ++i)
-            if (has_pixels_[i] && images_[i].size() == pictured_.size())
-                masks.push_back({{"name", metrics::region_names[i]}, {"images", images_[i]}});
-        return masks;
-    }
-
-  private:
-    std::span<const size_t> pictured_;
-    Size size_;
-    std::array<std::vector<std::string>, metrics::region_count> images_;
-    std::array<bool, metrics::region_count> has_pixels_{};
-};
-
-/// The blocks of pictured frames that are worst, from the worst on: {"picture": index into the pictured, "x", "y": of
-/// the block's first pixel, "psnr"}.
-Json worst_places(const ComparedResult& result, std::span<const size_t> pictured) {
-    struct Place {
-        size_t picture;
-        int x, y;
-        double error;
-    };
-    std::vector<Place> places;
-    for (size_t i = 0; i < pictured.size(); ++i) {
-        const metrics::BlockErrors& blocks = result.frames[pictured[i]].blocks;
-        for (size_t k = 0; k < blocks.mean_squared_errors.size(); ++k) {
-            const int index = static_cast<int>(k), side = metrics::BlockErrors::side;
-            places.push_back(
-                {i, index % blocks.grid.width * side, index / blocks.grid.width * side, blocks.mean_squared_errors[k]});
-        }
-    }
-    std::ranges::stable_sort(places, std::greater(), &Place::error);
-    places.resize(std::min(places.size(), most_places));
-    Json json = Json::array();
-    for (const auto& [picture, x, y, error] : places)
-        json.push_back({{"picture", picture}, {"x", x}, {"y", y}, {"psnr", metrics::psnr(error)}});
-    return json;
 }
 
 /// Refuses a page that would replace what it is made from.
@@ -216,7 +108,7 @@ void keep_what_is_read(const ReportOptions& options, std::span<const Reference> 
 }
 
 void add_results(const ReportOptions& options, std::span<const Reference> references, Json& data) {
-    const Pictures pictures(options, references);
+    const Pictures pictures(references, options.pictures, options.lossless);
     MaskPictures masks(pictures.indices(), io::read_image_header(references.front().file).size);
     const std::vector<ComparedResult> results =
         compare(options.results, references, options.reference,
