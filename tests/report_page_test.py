@@ -315,9 +315,9 @@ class ReportPage(unittest.TestCase):
         self.at(identifier).send_keys(keys)
 
     def test_every_section_is_there_and_the_network_is_not_asked(self):
-        for section in ("pictures", "over-time", "what-to-pick", "stages", "roofline", "devices"):
+        for section in ("pictures", "worst", "over-time", "what-to-pick", "stages", "roofline", "devices"):
             self.assertTrue(self.shown(section), section)
-        self.assertEqual(len(self.text("nav a")), 6)
+        self.assertEqual(len(self.text("nav a")), 7)
         self.assertEqual(
             self.script(
                 "return performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"
@@ -393,6 +393,82 @@ class ReportPage(unittest.TestCase):
         self.at("show-slider").click()
         self.assertFalse(self.shown("heat-legend"))
 
+    def test_a_mask_lies_over_the_pictures(self):
+        """Where the mask's own picture is white, and nowhere else."""
+        self.choose("left", "reference")
+        self.choose("right", "reference")
+        options = [option.text for option in Select(self.at("mask")).options]
+        self.assertEqual(options[0], "none")
+        self.assertIn("disoccluded 4", options)
+        bare = self.picture()
+        points = [((x + 0.5) / 128, (y + 0.5) / 72) for x in range(2, 128, 9) for y in range(2, 72, 7)]
+        before = [self.color(*point)[:3] for point in points]
+        for name in options[1:]:
+            self.choose("mask", name)
+            inside = self.browser.execute_async_script(
+                """
+                const [name, points, done] = arguments, picture = new Image();
+                picture.onload = () => {
+                  const context = new OffscreenCanvas(128, 72).getContext('2d');
+                  context.drawImage(picture, 0, 0);
+                  done(points.map(([x, y]) => context.getImageData(x * 128, y * 72, 1, 1).data[0] === 255));
+                };
+                picture.src = report.masks.find((mask) => mask.name === name).images[1];
+                """,
+                name.replace(" ", "_"),
+                points,
+            )
+            tinted = [[(a + b) / 2 for a, b in zip(color, (255, 0, 160))] for color in before]
+            expected = [tint if white else color for tint, color, white in zip(tinted, before, inside)]
+
+            def as_expected():
+                shown = [self.color(*point)[:3] for point in points]
+                return all(abs(a - b) <= 3 for one, other in zip(shown, expected) for a, b in zip(one, other))
+
+            self.wait(as_expected)
+        self.choose("mask", "none")
+        self.assertEqual(self.picture(), bare)
+
+    def test_what_is_worst_comes_first_and_is_shown(self):
+        quality = self.quality[0]
+        self.choose("worst-of", self.names[0])
+        for heading, key in (("SSIM", "ssim"), ("PSNR", "psnr")):
+            self.choose("worst-by", heading)
+            order = sorted(quality["frames"], key=lambda frame: frame[key])
+            self.assertEqual(
+                [line.split("\n")[0] for line in self.text("#worst-frames li")],
+                [f"Frame {frame['name']}" for frame in order],
+            )
+        last = self.browser.find_elements(By.CSS_SELECTOR, "#worst-frames button")[-1]
+        last.click()
+        self.assertEqual(self.text("#time-readout .muted"), [f"Frame {order[-1]['name']}"])
+        self.assertEqual(self.text("#zoom-fit"), ["×1"])
+
+        self.choose("left", "input")
+        worst = min((frame for frame in quality["frames"][::2]), key=lambda frame: frame["worst_blocks_psnr"])
+        places = self.text("#worst-places li")
+        self.assertEqual(len(places), 3 * 6)  # blocks of 48×48 in 128×72
+        figures = [float(re.search(r"([0-9.]+) dB", place)[1]) for place in places]
+        self.assertEqual(figures, sorted(figures))
+        self.assertAlmostEqual(figures[0], worst["worst_blocks_psnr"], delta=0.006)
+        frame, x, y = re.search(r"Frame (\d+) at (\d+), (\d+)", places[0]).groups()
+        self.assertEqual(frame, worst["name"])
+        self.browser.find_element(By.CSS_SELECTOR, "#worst-places button").click()
+        self.assertEqual(self.text("#frame-name"), [frame])
+        self.assertEqual(self.text("#zoom-fit"), ["×2"])
+        shown = [Select(self.at(side)).first_selected_option.text for side in ("left", "right")]
+        self.assertEqual(shown, [self.names[0], "reference"])
+        # The place's frame is where the place is, unless the picture's edge keeps it from the middle.
+        left = min(max(int(x) + 24, 32), 96) - 32
+        top = min(max(int(y) + 24, 18), 54) - 18
+        yellow = lambda color: abs(color[0] - 255) < 40 and abs(color[1] - 200) < 40 and color[2] < 60
+        self.wait(
+            lambda: any(yellow(self.color((int(x) - left + d) / 64, (int(y) + 24 - top) / 36)) for d in (-0.1, 0, 0.1))
+            or any(yellow(self.color((int(x) + 48 - left + d) / 64, (int(y) + 24 - top) / 36)) for d in (-0.1, 0, 0.1))
+        )
+        self.press("0")
+        self.assertEqual(self.text("#zoom-fit"), ["×1"])
+
     def test_figures_are_those_of_compare(self):
         self.choose("pick-time", f"{self.device_name()}, 128×72, fp32")
         rows = [
@@ -410,10 +486,15 @@ class ReportPage(unittest.TestCase):
                 for name, q in expected
             ],
         )
-        for (name, _), row in zip(expected, rows):
+        headings = self.text("#pick-table thead th")
+        self.assertEqual(
+            headings[5:], ["Disoccluded 4 (dB)", "Worst 1 % (dB)", "STRRED", "Time (ms)", "●"], headings
+        )
+        for (name, quality), row in zip(expected, rows):
+            self.assertEqual(row[5:7], [f"{quality[key]:.2f}" for key in ("disoccluded_4_psnr", "worst_blocks_psnr")])
             stages = json.loads((self.results[name] / "report.json").read_text())["stages"]
             self.assertAlmostEqual(
-                float(row[5]), 1e3 * sum(stage["seconds"] for stage in stages), delta=0.006 * float(row[5])
+                float(row[8]), 1e3 * sum(stage["seconds"] for stage in stages), delta=0.006 * float(row[8])
             )
 
         chart = self.browser.find_element(By.CSS_SELECTOR, "#time-charts svg")
@@ -564,7 +645,7 @@ class ReportPage(unittest.TestCase):
         page = self.folder / "devices.html"
         run("report", self.folder / "this.json", "-o", page)
         self.open(page)
-        for section in ("pictures", "over-time", "what-to-pick"):
+        for section in ("pictures", "worst", "over-time", "what-to-pick"):
             self.assertFalse(self.shown(section), section)
         self.assertTrue(self.shown("devices"))
 

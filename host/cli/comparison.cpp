@@ -215,7 +215,8 @@ std::vector<std::string> missing_figures(std::span<const std::filesystem::path> 
 }
 
 std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
-                                    std::span<const Reference> references, const ReferenceOptions& options) {
+                                    std::span<const Reference> references, const ReferenceOptions& options,
+                                    const MasksSeen& see_masks) {
     std::vector<Result> results;
     for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references);
     for (const Result& result : results) result.warn_of_unused(references, options.sequence);
@@ -252,6 +253,7 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         current.strred = metrics::strred_frame(current.pixels, has_previous ? &previous.strred : nullptr);
         std::optional<metrics::Masks> masks;
         if (current.truth) masks = masks_of->add(*current.truth, knows_motion);
+        if (masks && see_masks) see_masks(i, *masks);
         if (knows_motion) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
         const bool is_static = follows && current.pixels.values == previous.pixels.values;
         for (Result& result : results)

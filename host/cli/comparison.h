@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -58,10 +59,14 @@ std::optional<std::filesystem::path> baseline_of(std::span<const std::filesystem
 std::vector<std::string> missing_figures(std::span<const std::filesystem::path> folders,
                                          std::span<const Reference> references, const ReferenceOptions& options);
 
-/// Every figure that the references allow, of all results together; warns of images without a reference. Errors: file,
-/// naming the image that is missing or does not fit.
+/// Is given a frame's index into the references, and its masks.
+using MasksSeen = std::function<void(size_t, const metrics::Masks&)>;
+
+/// Every figure that the references allow, of all results together; warns of images without a reference. Masks are
+/// shown to who wants to see them. Errors: file, naming the image that is missing or does not fit.
 std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
-                                    std::span<const Reference> references, const ReferenceOptions& options);
+                                    std::span<const Reference> references, const ReferenceOptions& options,
+                                    const MasksSeen& see_masks = {});
 
 /// {"result": …, "psnr": …, …, "frames": [{"name": …, "psnr": …, …}]}
 nlohmann::ordered_json comparison_json(const ComparedResult& result, std::span<const Reference> references);

@@ -1,4 +1,3 @@
-#include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +7,7 @@
 #include <set>
 #include <span>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/commands.h"
@@ -17,10 +16,13 @@
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/progress.h"
+#include "cli/report_pictures.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/json_reader.h"
 #include "measure/bench_file.h"
+#include "metrics/blocks.h"
+#include "metrics/masks.h"
 #include "report/page.h"
 
 namespace clarus::cli {
@@ -66,53 +68,6 @@ std::vector<std::string> names_of(std::span<const fs::path> paths) {
     return names;
 }
 
-/// At most `most` of so many frames, evenly spaced, with the first and the last.
-std::vector<size_t> evenly_spaced(size_t count, size_t most) {
-    std::vector<size_t> indices;
-    const size_t shown = std::min(count, most);
-    for (size_t i = 0; i < shown; ++i) indices.push_back(shown == 1 ? 0 : i * (count - 1) / (shown - 1));
-    return indices;
-}
-
-/// One row of pictures, which the page may show on either side.
-class Pictures {
-  public:
-    Pictures(const ReportOptions& options, std::span<const Reference> references)
-        : references_(references),
-          indices_(evenly_spaced(references.size(), options.pictures)),
-          name_(options.lossless ? "picture.png" : "picture.jpg") {}
-
-    const std::vector<size_t>& indices() const { return indices_; }
-
-    /// `file_of`: that of a reference, by its index. `is_display`: it is a picture already, whatever the sequence's
-    /// colours.
-    template <typename FileOf>
-    Json source(const std::string& name, const char* kind, FileOf&& file_of, bool is_display = false) const {
-        Json images = Json::array();
-        Size size;
-        for (const size_t index : indices_) {
-            Reference how = references_[index];
-            if (is_display) how.color_space = ColorSpace::srgb;
-            const io::Pixels pixels = read_display(file_of(index), how);
-            size = pixels.size;
-            images.push_back(data_url(pixels));
-        }
-        return {{"name", name}, {"kind", kind}, {"size", {size.width, size.height}}, {"images", std::move(images)}};
-    }
-
-  private:
-    std::string data_url(const io::Pixels& pixels) const {
-        const std::vector<unsigned char> file = io::encode_image(name_, pixels, io::SampleType::u8);
-        const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
-        const char* type = name_.extension() == ".png" ? "png" : "jpeg";
-        return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
-    }
-
-    std::span<const Reference> references_;
-    std::vector<size_t> indices_;
-    fs::path name_;
-};
-
 /// What `clarus upscale --view` left in a result's folder: a folder a view.
 std::set<fs::path> view_folders(const fs::path& result) {
     std::error_code none;
@@ -153,14 +108,17 @@ void keep_what_is_read(const ReportOptions& options, std::span<const Reference> 
 }
 
 void add_results(const ReportOptions& options, std::span<const Reference> references, Json& data) {
-    const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
+    const Pictures pictures(references, options.pictures, options.lossless);
+    MaskPictures masks(pictures.indices(), io::read_image_header(references.front().file).size);
+    const std::vector<ComparedResult> results =
+        compare(options.results, references, options.reference,
+                [&](size_t frame, const metrics::Masks& seen) { masks.add(frame, seen); });
     const std::vector<std::string> names = names_of(options.results);
-    const Pictures pictures(options, references);
 
     data["lossless"] = options.lossless;
     data["pictured"] = pictures.indices();
     for (const Reference& reference : references) data["frames"].push_back(reference.name);
-    Json& sources = data["sources"];
+    Json sources = Json::array();
     if (const auto& sequence = references.front().sequence) {
         data["render_size"] = {sequence->render_size.width, sequence->render_size.height};
         sources.push_back(
@@ -170,13 +128,18 @@ void add_results(const ReportOptions& options, std::span<const Reference> refere
     for (size_t i = 0; i < results.size(); ++i) {
         const ComparedResult& result = results[i];
         sources.push_back(pictures.source(names[i], "result", [&](size_t frame) { return result.files[frame]; }));
-        data["results"].push_back(
-            {{"name", names[i]}, {"quality", comparison_json(result, references)}, {"run", read_run(result.folder)}});
+        data["results"].push_back({{"name", names[i]},
+                                   {"quality", comparison_json(result, references)},
+                                   {"run", read_run(result.folder)},
+                                   {"places", worst_places(result, pictures.indices())}});
         progress.update(i + 1, results.size());
     }
     for (size_t i = 0; i < results.size(); ++i) add_views(results[i], names[i], pictures, references, sources);
     sources.push_back(pictures.source("reference", "reference", [&](size_t i) { return references[i].file; }));
+    data["masks"] = masks.json();
+    data["block"] = metrics::BlockErrors::side;
     data["output_size"] = sources.back()["size"];
+    data["sources"] = std::move(sources);
 }
 
 void write_report(const ReportOptions& options) {
@@ -235,7 +198,8 @@ void add_report_command(CLI::App& app) {
     command.add_option("-o,--output", options->output, "The page")->type_name("FILE")->capture_default_str();
     command.footer(
         "The page is one file that needs no network. A result's times are those of report.json in its folder, which\n"
-        "`clarus upscale --profile --report` writes; its views are those of `clarus upscale --view`.\n\n"
+        "`clarus upscale --profile --report` writes; its views are those of `clarus upscale --view`. Masks over the\n"
+        "pictures need a sequence with output buffers (clarus render --output-buffers).\n\n"
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output enss-s-x2 --profile --report enss-s-x2/report.json\n"
         "  clarus report bicubic enss-s-x2 --sequence sequence -o report.html\n"

@@ -53,7 +53,8 @@ import torch, torch.hub, lpips
 def refuse(url, *arguments, **more):
     raise RuntimeError(f"{url} is not among the weights in {torch.hub.get_dir()}/checkpoints")
 torch.hub.download_url_to_file = refuse
-with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):  # it would speak of downloads
+unheard = io.StringIO()  # it would speak of downloads
+with contextlib.redirect_stdout(unheard), contextlib.redirect_stderr(unheard):
     network = lpips.LPIPS(net="alex", verbose=False)
 def measure(image, reference):
     planes = [torch.from_numpy(each).permute(2, 0, 1)[None] for each in (image, reference)]

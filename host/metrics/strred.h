@@ -33,7 +33,7 @@ std::optional<double> entropic_difference(const std::vector<double>& entropies, 
 /// The oriented band of an image's luma.
 Band oriented_band(const io::Pixels& image);
 
-/// Of the blocks of 3×3 of a band, row by row, whole ones alone: the entropy given the block's scale, in bits, and that
+/// Of the whole blocks of 3×3 of a band, row by row: the entropy given the block's scale, in bits, and that
 /// scale's logarithm log₂(1 + s²). None where there are fewer than 9.
 struct BlockEntropies {
     std::vector<double> entropies, weights;

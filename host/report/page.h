@@ -14,7 +14,10 @@ namespace clarus::report {
 ///   sources   [{"name", "kind": "input" | "result" | "view" | "reference", "size", "images": [data URL]}]: one image
 ///   each
 ///             frame that is pictured
-///   results   [{"name", "quality": as comparison_json, "run": as `clarus upscale --report` writes, or null}]
+///   masks     [{"name", "images": [data URL]}]: one image each frame that is pictured, of output_size, white inside
+///   block     the side of a place, in output pixels
+///   results   [{"name", "quality": as comparison_json, "run": as `clarus upscale --report` writes, or null,
+///             "places": [{"picture": index into pictured, "x", "y", "psnr"}], the worst first}]
 ///   benches   [{"name", "bench": as `clarus bench` writes}]
 std::string page(const nlohmann::ordered_json& data);
 

@@ -38,6 +38,7 @@ const report = JSON.parse($('data').textContent);
 colours(report);
 showHeader(report);
 showPictures(report);
+showWorst(report);
 showQualityOverTime(report);
 showWhatToPick(report);
 showStages(report);

@@ -10,7 +10,7 @@ function heatColor(share) {
 }
 
 function showPictures(report) {
-  const {sources = [], pictured = [], frames = []} = report;
+  const {sources = [], pictured = [], frames = [], masks = []} = report;
   if (!sources.length) return;
   $('pictures').hidden = false;
   const [width, height] = report.output_size;
@@ -19,24 +19,25 @@ function showPictures(report) {
 
   // Not the first: what gathers its picture over time has nothing yet there.
   const middle = pictured.length >> 1;
-  const state = {left: 0, right: 0, frame: middle, split: 0.5, zoom: 1, x: width / 2, y: height / 2, difference: false};
+  const whole = {zoom: 1, x: width / 2, y: height / 2, place: null};
+  const state = {left: 0, right: 0, frame: middle, split: 0.5, difference: false, mask: -1, ...whole};
   const results = sources.findLastIndex((source) => source.kind === 'result');
   state.left = Math.max(0, sources.findIndex((source) => source.kind === 'result'));
   state.right = results > state.left ? results : sources.length - 1;
 
   // Decoded when they are first shown.
   const decoded = new Map();
-  function image(source, frame) {
-    const key = `${source} ${frame}`;
-    if (!decoded.has(key)) {
-      const picture = new Image();
-      picture.src = sources[source].images[frame];
+  function image({name, images}, frame) {
+    if (!decoded.has(images)) decoded.set(images, []);
+    const pictures = decoded.get(images);
+    if (!pictures[frame]) {
+      const picture = pictures[frame] = new Image();
+      picture.src = images[frame];
       picture.decode().then(draw, () => {
-        throw new Error(`cannot decode a picture of ${sources[source].name}`);
+        throw new Error(`cannot decode a picture of ${name}`);
       });
-      decoded.set(key, picture);
     }
-    const picture = decoded.get(key);
+    const picture = pictures[frame];
     return picture.complete && picture.naturalWidth ? picture : null;
   }
 
@@ -81,16 +82,45 @@ function showPictures(report) {
     return map;
   }
 
+  // A mask's pixels in a colour that lets the picture through.
+  let layer = {key: ''};
+  function maskLayer(picture) {
+    const key = [state.mask, state.frame].join(' ');
+    if (layer.key === key) return layer.canvas;
+    const canvas = new OffscreenCanvas(width, height), context = canvas.getContext('2d', {willReadFrequently: true});
+    context.drawImage(picture, 0, 0, width, height);
+    const pixels = context.getImageData(0, 0, width, height), out = pixels.data;
+    for (let i = 0; i < out.length; i += 4) out.set([255, 0, 160, out[i] > 127 ? 128 : 0], i);
+    context.putImageData(pixels, 0, 0);
+    layer = {key, canvas};
+    return canvas;
+  }
+
+  // What lies over either side: a mask, the frame of a place.
+  function drawLayers(context) {
+    const mask = masks[state.mask] && image(masks[state.mask], state.frame);
+    if (mask) {
+      context.imageSmoothingEnabled = false;
+      context.drawImage(maskLayer(mask), 0, 0);
+    }
+    if (state.place) {
+      context.lineWidth = 2 / scale();
+      context.strokeStyle = '#ffc800';
+      context.strokeRect(state.place.x, state.place.y, report.block, report.block);
+    }
+  }
+
   function draw() {
     const ratio = window.devicePixelRatio || 1;
     canvas.width = Math.round(stage.clientWidth * ratio);
     canvas.height = Math.round(stage.clientHeight * ratio);
-    const left = image(state.left, state.frame), right = image(state.right, state.frame);
+    const left = image(sources[state.left], state.frame), right = image(sources[state.right], state.frame);
     if (!left || !right) return;
     const context = canvas.getContext('2d');
     place(context, ratio);
     if (state.difference) {
       paint(context, heatMap(left, right), ratio);
+      drawLayers(context);
       return;
     }
     paint(context, right, ratio);
@@ -102,6 +132,7 @@ function showPictures(report) {
     place(context, ratio);
     paint(context, left, ratio);
     context.restore();
+    drawLayers(context);
   }
 
   function quality(source) {
@@ -125,6 +156,7 @@ function showPictures(report) {
     const [left, right] = [sources[state.left], sources[state.right]];
     $('left').value = state.left;
     $('right').value = state.right;
+    $('mask').value = state.mask;
     $('frame').value = state.frame;
     $('frame-name').textContent = frames[pictured[state.frame]];
     $('left-name').textContent = state.difference ? `${left.name} − ${right.name}` : left.name;
@@ -150,13 +182,28 @@ function showPictures(report) {
 
   function showFrame(index) {
     const frame = Math.min(Math.max(index, 0), pictured.length - 1);
-    change({frame});
+    change({frame, place: null});
     report.frameShown?.(pictured[frame]);
   }
   // Other sections show the picture nearest to one of their frames, and stay at that frame.
-  report.showNearest = (index) => change({
-    frame: pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0)
-  });
+  const nearest = (index) =>
+      pictured.reduce((best, at, i) => (Math.abs(at - index) < Math.abs(pictured[best] - index) ? i : best), 0);
+  report.showNearest = (index) => change({frame: nearest(index), place: null});
+
+  // A result beside the reference: the whole picture, or a place in it.
+  report.showResult = (name, index, place) => {
+    const shown = {
+      left: sources.findIndex((source) => source.kind === 'result' && source.name === name),
+      right: sources.findIndex(({kind}) => kind === 'reference'),
+      frame: nearest(index),
+    };
+    const middleOf = (from) => from + report.block / 2;
+    const enlarged = place &&
+        {zoom: Math.max(2, width / (4 * report.block)), x: middleOf(place.x), y: middleOf(place.y), place};
+    change({...shown, ...whole, ...enlarged});
+    report.frameShown?.(index);
+    $('pictures').scrollIntoView();
+  };
 
   // The point of the picture that is under a point of the stage stays there.
   function zoomTo(zoom, fromX = stage.clientWidth / 2, fromY = stage.clientHeight / 2) {
@@ -170,10 +217,12 @@ function showPictures(report) {
   // So much of what is shown, by its sides.
   const look = (right, down) => move(-right * stage.clientWidth, -down * stage.clientHeight);
   const swap = () => change({left: state.right, right: state.left});
-  const reset = () => change({zoom: 1, x: width / 2, y: height / 2});
+  const reset = () => change(whole);
 
   fill($('left'), sources.map(({name}) => ({label: name})));
   fill($('right'), sources.map(({name}) => ({label: name})));
+  fill($('mask'), masks.map(({name}) => ({label: name.replace('_', ' ')})));
+  $('mask-label').hidden = !masks.length;
   $('frame').max = pictured.length - 1;
   document.querySelector('.scrub').hidden = pictured.length < 2;
   const gradient = Array.from({length: 11}, (_, i) => `rgb(${heatColor(i / 10).map(Math.round).join(' ')})`);
@@ -186,6 +235,7 @@ function showPictures(report) {
   $('right').addEventListener('change', (event) => change({right: Number(event.target.value)}));
   $('frame').addEventListener('input', (event) => showFrame(Number(event.target.value)));
   $('gain').addEventListener('change', update);
+  $('mask').addEventListener('change', (event) => change({mask: Number(event.target.value)}));
   $('swap').addEventListener('click', swap);
   $('show-slider').addEventListener('click', () => change({difference: false}));
   $('show-difference').addEventListener('click', () => change({difference: true}));

@@ -5,6 +5,10 @@ const timeFigures = [
   {key: 'ssim', heading: 'SSIM', unit: '', decimals: 4, most: true},
   {key: 'if_ssim', heading: 'IF-SSIM', unit: '', decimals: 4, most: true},
   {key: 'flip', heading: 'FLIP', unit: '', decimals: 4, most: false},
+  {key: 'disoccluded_4_psnr', heading: 'Disoccluded 4', unit: ' dB', decimals: 2, most: true},
+  {key: 'worst_blocks_psnr', heading: 'Worst 1 %', unit: ' dB', decimals: 2, most: true},
+  {key: 'lpips', heading: 'LPIPS', unit: '', decimals: 4, most: false},
+  {key: 'pq_psnr', heading: 'PQ PSNR', unit: ' dB', decimals: 2, most: true},
 ];
 const sequenceFigures = [
   timeFigures[0],
@@ -12,7 +16,8 @@ const sequenceFigures = [
   timeFigures[1],
   timeFigures[2],
   {key: 'pixel_std', heading: 'Pixel std', unit: '', decimals: 2, most: false},
-  timeFigures[3],
+  ...timeFigures.slice(3),
+  {key: 'strred', heading: 'STRRED', unit: '', decimals: 2, most: false},
 ];
 
 function showQualityOverTime(report) {
