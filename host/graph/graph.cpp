@@ -91,6 +91,41 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
                "dilate");
 }
 
+Value Graph::previous_depth(Value motion, Value depth) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width}, "depth has the motion's size");
+    const Value ones = add(Fill{1}, {}, in, "previous depth: fill");
+    return add(PreviousDepth{}, {ones, motion, depth}, in, "previous depth");
+}
+
+Value Graph::checked_motion(Value motion, Value depth, Value previous_depth) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width} && shape(previous_depth) == shape(depth),
+           "depths have the motion's size");
+    return add(CheckedMotion{}, {motion, depth, previous_depth}, in, "checked motion");
+}
+
+Value Graph::validity(Value motion) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2, "motion has two components");
+    return add(Validity{}, {motion}, {1, in.height, in.width}, "validity");
+}
+
+Value Graph::reproject(Value motion, Value depth, double scale, Size size) {
+    const Shape in = shape(motion);
+    expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
+    expect(scale >= 1, "reprojection does not make smaller");
+    return add(Reproject{scale}, {motion, depth}, {2, size.height, size.width}, "reproject");
+}
+
+Value Graph::hold(Value image, Value color, Value history, double scale) {
+    const Shape in = shape(image), before = shape(history);
+    expect(in.channels == 3 && shape(color).channels == 3, "colour is held");
+    expect(before.channels >= 3 && before.height == in.height && before.width == in.width,
+           "history has the image's size");
+    return add(Hold{scale}, {image, color, history}, in, "hold");
+}
+
 Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                   std::string name) {
     const Shape in = shape(image);
@@ -325,6 +360,10 @@ bool is_view(const Operator& op) {
            std::holds_alternative<ZeroUpsample>(op) || std::holds_alternative<Previous>(op);
 }
 
+bool is_in_place(const Operator& op) {
+    return std::holds_alternative<Place>(op) || std::holds_alternative<PreviousDepth>(op);
+}
+
 double operations(const Graph& graph, const Node& node) {
     const double elements = static_cast<double>(node.shape.elements());
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
@@ -332,7 +371,7 @@ double operations(const Graph& graph, const Node& node) {
         return 2.0 * parameters.taps() * parameters.in_channels / parameters.groups * elements;
     }
     if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
-        std::holds_alternative<Warp>(node.op))
+        std::holds_alternative<Warp>(node.op) || std::holds_alternative<Reproject>(node.op))
         return 7 * elements;  // four products, three sums
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;

@@ -96,6 +96,11 @@ class Graph {
     Value foremost_motion(Value motion, Value depth);
     Value accumulate(Value color, Value motion, Value history, double scale);
     Value dilate(Value motion, Value depth, int scale);
+    Value previous_depth(Value motion, Value depth);
+    Value checked_motion(Value motion, Value depth, Value previous_depth);
+    Value validity(Value motion);
+    Value reproject(Value motion, Value depth, double scale, Size output_size);
+    Value hold(Value image, Value color, Value history, double scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
     /// With one vector a pixel and fallback 0.
@@ -145,6 +150,9 @@ class Graph {
 
 /// Whether no kernel makes such a node's value: it shows others, or a memory of the frame before.
 bool is_view(const Operator& op);
+
+/// Whether such a node's result is written into the memory of its first input, which nothing else reads afterwards.
+bool is_in_place(const Operator& op);
 
 /// Floating-point operations (multiply and add are two) of a node's plain definition.
 double operations(const Graph& graph, const Node& node);

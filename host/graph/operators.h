@@ -89,6 +89,37 @@ struct Warp {
     int fallback_scale;
 };
 
+/// A plane that is `value` everywhere, stored as float.
+struct Fill {
+    float value;
+};
+
+// Checked history and held range: docs/history.md.
+
+/// previous_depth(m, d). Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
+/// depth. Result: 1 channel at render resolution, stored as float, the same whatever the order in which pixels are
+/// seen.
+struct PreviousDepth {};
+
+/// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
+/// there is no history.
+struct CheckedMotion {};
+
+/// validity(m). Input: motion. Result: 1 channel, 0 everywhere in a reset frame.
+struct Validity {};
+
+/// reproject(m, d, s) at any real scale from 1, aware of J_m. Inputs: motion, depth. Result: 2 channels in HR pixels,
+/// NaN where there is no history.
+struct Reproject {
+    double scale;
+};
+
+/// hold(image; colour, history) at any real scale from 1, aware of the jitter. Inputs: HR image of 3 channels, colour,
+/// HR history, of whose channels the first three count.
+struct Hold {
+    double scale;
+};
+
 /// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
 struct Pick {
     int scale;
@@ -203,9 +234,9 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa,
-                 SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas,
+                              ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity,
+                              Reproject, Hold, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
+                              Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -43,9 +43,11 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     const Node& node = graph.nodes[value];
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
-    const bool is_motion =
-        is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) || is<graph::UpsampleMotion>(node);
-    return is_motion ? Storage::f32 : images;
+    const bool is_motion = is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) ||
+                           is<graph::UpsampleMotion>(node) || is<graph::CheckedMotion>(node) ||
+                           is<graph::Reproject>(node);
+    const bool is_depth = is<graph::Fill>(node) || is<graph::PreviousDepth>(node);
+    return is_motion || is_depth ? Storage::f32 : images;
 }
 
 /// A use that cannot be served by a view: input `position` of `user` must be copied.
@@ -122,7 +124,7 @@ class Placer {
             blocks.channels = shape.channels;
             blocks.block = space_to_depth->scale;
             if (home.block != 1 || !try_place(node.inputs[0], blocks)) return Conflict{value, 0};
-        } else if (is<graph::Place>(node)) {
+        } else if (graph::is_in_place(node.op)) {
             if (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], home)) return Conflict{value, 0};
         }
         return std::nullopt;

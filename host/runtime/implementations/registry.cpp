@@ -19,6 +19,16 @@ struct ByOperator {
     }
     std::span<const Implementation> operator()(const graph::Accumulate&) const { return accumulate_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
+    std::span<const Implementation> operator()(const graph::Fill&) const { return fill_implementations(); }
+    std::span<const Implementation> operator()(const graph::PreviousDepth&) const {
+        return previous_depth_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::CheckedMotion&) const {
+        return checked_motion_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Validity&) const { return validity_implementations(); }
+    std::span<const Implementation> operator()(const graph::Reproject&) const { return reproject_implementations(); }
+    std::span<const Implementation> operator()(const graph::Hold&) const { return hold_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
     std::span<const Implementation> operator()(const graph::Pick&) const { return pick_implementations(); }
     std::span<const Implementation> operator()(const graph::Place&) const { return place_implementations(); }

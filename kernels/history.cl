@@ -1,0 +1,99 @@
+// previous_depth(m, d), checked_motion(m, d, P) and validity(m) of docs/history.md, a work-item for each render pixel.
+// All images are float, but that validity is stored as images are.
+//
+// Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_*; OUT holds ones
+// before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
+
+#define REACHED 0.1f               // the bilinear weight from which on a pixel's depth is that of a neighbour too
+#define NEARER 0.02f               // of the depth: what is nearer by less hides nothing
+#define DEPTH_STEP 1.52587891e-5f  // 2^-16
+
+// Where a pixel was in the previous frame, along one axis: x + shift as a whole part and a fraction. Rounding errors
+// are those of the shift, however far x is from the origin.
+INLINE Coordinate moved(int x, float shift) {
+    const int whole = whole_part(shift);
+    const Coordinate result = {x + whole, shift - whole};
+    return result;
+}
+
+#ifdef PREVIOUS_DEPTH
+// Depths are not negative, so that their bits are ordered as they are. The least does not depend on who comes first.
+INLINE void reach(volatile global int* out, int x, int y, float weight, int depth) {
+    if (weight > REACHED && INSIDE(OUT, x, y)) atomic_min(out + AT(OUT, x, y, 0), depth);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void previous_depth(global const float* motion,
+                                                                                global const float* depth,
+                                                                                volatile global int* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    const float shift_x = frame.jitter_x + motion[AT(MOTION, x, y, 0)];
+    const float shift_y = frame.jitter_y + motion[AT(MOTION, x, y, 1)];
+    // An invalid vector is not a number, and so not inside; neither is one too long for an int.
+    if (!(shift_x >= -1.0f - x && shift_x < OUT_WIDTH - x && shift_y >= -1.0f - y && shift_y < OUT_HEIGHT - y)) return;
+    const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
+    const int bits = max(as_int(depth[AT(DEPTH, x, y, 0)]), 0);  // −0 too
+    reach(out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits);
+    reach(out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits);
+    reach(out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits);
+    reach(out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits);
+}
+#endif
+
+#ifdef CHECKED_MOTION
+// The weights of what is inside the image, and of that what hides the surface.
+INLINE void look(global const float* previous, int x, int y, float weight, float least, float* seen, float* hidden) {
+    if (!INSIDE(PREVIOUS, x, y)) return;
+    *seen += weight;
+    if (previous[AT(PREVIOUS, x, y, 0)] < least) *hidden += weight;
+}
+
+// The smaller difference to the neighbours along an axis; at the image's border to the one that there is.
+INLINE float slope(float before, float here, float after, int has_before, int has_after) {
+    const float to_before = fabs(here - before), to_after = fabs(here - after);
+    return has_before && has_after ? (to_before < to_after ? to_before : to_after) : has_before ? to_before : to_after;
+}
+
+INLINE int was_seen(global const float* depth, global const float* previous, int x, int y, float shift_x,
+                    float shift_y) {
+    // An invalid vector is not a number, and so not on screen.
+    if (!(shift_x >= -0.5f - x && shift_x <= DEPTH_WIDTH - 0.5f - x && shift_y >= -0.5f - y &&
+          shift_y <= DEPTH_HEIGHT - 0.5f - y))
+        return 0;
+#define DEPTH_AT(x, y) depth[AT(DEPTH, x, y, 0)]
+    const float here = DEPTH_AT(x, y);
+    const float slopes =
+        slope(DEPTH_AT(max(x - 1, 0), y), here, DEPTH_AT(min(x + 1, DEPTH_WIDTH - 1), y), x > 0, x < DEPTH_WIDTH - 1) +
+        slope(DEPTH_AT(x, max(y - 1, 0)), here, DEPTH_AT(x, min(y + 1, DEPTH_HEIGHT - 1)), y > 0, y < DEPTH_HEIGHT - 1);
+    const float least = here - (NEARER * here + 2 * slopes + DEPTH_STEP);
+    const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
+    float seen = 0, hidden = 0;
+    look(previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, &seen, &hidden);
+    look(previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, &seen, &hidden);
+    look(previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, &seen, &hidden);
+    look(previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, &seen, &hidden);
+    return hidden <= 0.5f * seen;
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void checked_motion(global const float* motion,
+                                                                                global const float* depth,
+                                                                                global const float* previous,
+                                                                                global float* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
+    const int seen = was_seen(depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
+    out[AT(OUT, x, y, 0)] = seen ? motion_x : NAN;
+    out[AT(OUT, x, y, 1)] = seen ? motion_y : NAN;
+}
+#endif
+
+#ifdef VALIDITY
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void validity(global const float* motion,
+                                                                          global storage* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    const int valid = !frame.reset && is_finite(motion[AT(MOTION, x, y, 0)]) && is_finite(motion[AT(MOTION, x, y, 1)]);
+    STORE(valid ? 1.0f : 0.0f, out, AT(OUT, x, y, 0));
+}
+#endif

@@ -1,0 +1,379 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "operator_harness.h"
+
+using namespace clarus;
+using namespace clarus::test;
+using runtime::Storage;
+
+// docs/history.md, pixel by pixel.
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct Point {
+    double x, y;
+};
+
+struct Tap {
+    int x, y;
+    double weight_x, weight_y;
+    double weight() const { return weight_x * weight_y; }
+};
+
+/// The four pixels around a point, in raster order.
+std::array<Tap, 4> taps_around(Point point) {
+    const double left = std::floor(point.x), top = std::floor(point.y);
+    const double right = point.x - left, below = point.y - top;
+    const int x = static_cast<int>(left), y = static_cast<int>(top);
+    return {{{x, y, 1 - right, 1 - below},
+             {x + 1, y, right, 1 - below},
+             {x, y + 1, 1 - right, below},
+             {x + 1, y + 1, right, below}}};
+}
+
+bool is_valid(const Planes& motion, int x, int y) {
+    return std::isfinite(motion.at(0, x, y)) && std::isfinite(motion.at(1, x, y));
+}
+
+bool is_inside(const graph::Shape& shape, int x, int y) {
+    return x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+}
+
+/// Where a pixel with a valid vector was; far outside, no farther than taps can be numbered.
+Point previous_place(const Planes& motion, int x, int y, Vec2 jitter) {
+    const double far = 1e6;
+    return {std::clamp(x + double(jitter.x) + motion.at(0, x, y), -far, far),
+            std::clamp(y + double(jitter.y) + motion.at(1, x, y), -far, far)};
+}
+
+Planes expected_previous_depth(const Planes& motion, const Planes& depth, Vec2 jitter) {
+    Planes result = planes(depth.shape, [](int, int, int) { return 1.0f; });
+    for (int y = 0; y < depth.shape.height; ++y)
+        for (int x = 0; x < depth.shape.width; ++x) {
+            if (!is_valid(motion, x, y)) continue;
+            for (const Tap& tap : taps_around(previous_place(motion, x, y, jitter)))
+                if (is_inside(depth.shape, tap.x, tap.y) && tap.weight() > 0.1)
+                    result.at(0, tap.x, tap.y) = std::min(result.at(0, tap.x, tap.y), depth.at(0, x, y));
+        }
+    return result;
+}
+
+float slope(const Planes& depth, int x, int y, int step_x, int step_y) {
+    float least = kInfinity;
+    for (const int sign : {-1, 1}) {
+        const int column = x + sign * step_x, row = y + sign * step_y;
+        if (is_inside(depth.shape, column, row))
+            least = std::min(least, std::abs(depth.at(0, x, y) - depth.at(0, column, row)));
+    }
+    return std::isinf(least) ? 0 : least;
+}
+
+bool has_history(const Planes& motion, const Planes& depth, const Planes& previous, int x, int y, Vec2 jitter) {
+    if (!is_valid(motion, x, y)) return false;
+    const Point place = previous_place(motion, x, y, jitter);
+    const graph::Shape& shape = depth.shape;
+    if (place.x < -0.5 || place.x > shape.width - 0.5 || place.y < -0.5 || place.y > shape.height - 0.5) return false;
+    const float here = depth.at(0, x, y);
+    const float tolerance =
+        0.02f * here + 2 * (slope(depth, x, y, 1, 0) + slope(depth, x, y, 0, 1)) + std::ldexp(1.0f, -16);
+    double seen = 0, hidden = 0;
+    for (const Tap& tap : taps_around(place)) {
+        if (!is_inside(shape, tap.x, tap.y)) continue;
+        seen += tap.weight();
+        if (previous.at(0, tap.x, tap.y) < here - tolerance) hidden += tap.weight();
+    }
+    return hidden <= seen / 2;
+}
+
+Planes expected_checked_motion(const Planes& motion, const Planes& depth, const Planes& previous, Vec2 jitter) {
+    return planes(motion.shape, [&](int c, int x, int y) {
+        return has_history(motion, depth, previous, x, y, jitter) ? motion.at(c, x, y) : kNan;
+    });
+}
+
+std::array<float, 2> expected_vector(const Planes& motion, const Planes& depth, double scale, Point place) {
+    const graph::Shape& shape = depth.shape;
+    place = {std::clamp(place.x, 0.0, shape.width - 1.0), std::clamp(place.y, 0.0, shape.height - 1.0)};
+    std::vector<Tap> taps;
+    for (const Tap& tap : taps_around(place))
+        if (tap.weight_x > 1e-3 && tap.weight_y > 1e-3) taps.push_back(tap);
+    Tap foremost = taps.front(), largest = taps.front();
+    float nearest = kInfinity, farthest = -kInfinity;
+    std::array<float, 2> low{kInfinity, kInfinity}, high{-kInfinity, -kInfinity};
+    std::array<double, 2> mean{};
+    bool all_valid = true;
+    for (const Tap& tap : taps) {
+        const float distance = depth.at(0, tap.x, tap.y);
+        if (distance < nearest) foremost = tap;
+        if (tap.weight() > largest.weight()) largest = tap;
+        nearest = std::min(nearest, distance);
+        farthest = std::max(farthest, distance);
+        all_valid = all_valid && is_valid(motion, tap.x, tap.y);
+        if (!is_valid(motion, tap.x, tap.y)) continue;
+        for (int c = 0; c < 2; ++c) {
+            mean[c] += tap.weight() * motion.at(c, tap.x, tap.y);
+            low[c] = std::min(low[c], motion.at(c, tap.x, tap.y));
+            high[c] = std::max(high[c], motion.at(c, tap.x, tap.y));
+        }
+    }
+    const bool apart = high[0] - low[0] > 0.25f || high[1] - low[1] > 0.25f;
+    const bool silhouette = apart && farthest - nearest > 0.1f * nearest;
+    if (!silhouette && all_valid) return {static_cast<float>(scale * mean[0]), static_cast<float>(scale * mean[1])};
+    const Tap& chosen = silhouette ? foremost : largest;
+    if (!is_valid(motion, chosen.x, chosen.y)) return {kNan, kNan};
+    return {static_cast<float>(scale * motion.at(0, chosen.x, chosen.y)),
+            static_cast<float>(scale * motion.at(1, chosen.x, chosen.y))};
+}
+
+Planes expected_reprojection(const Planes& motion, const Planes& depth, double scale, Size size, Vec2 jitter) {
+    return planes({2, size.height, size.width}, [&](int c, int x, int y) {
+        const Point place{(x + 0.5) / scale - 0.5 - jitter.x, (y + 0.5) / scale - 0.5 - jitter.y};
+        return expected_vector(motion, depth, scale, place)[c];
+    });
+}
+
+Planes expected_hold(const Planes& image, const Planes& color, const Planes& history, double scale, Vec2 jitter) {
+    const graph::Shape& in = color.shape;
+    const auto nearest = [scale](int x, float shift, int size) {
+        const double u = std::clamp((x + 0.5) / scale - 0.5 - shift, 0.0, size - 1.0);
+        return static_cast<int>(std::floor(u + 0.5));
+    };
+    return planes(image.shape, [&](int c, int x, int y) {
+        const int column = nearest(x, jitter.x, in.width), row = nearest(y, jitter.y, in.height);
+        float low = history.at(c, x, y), high = low;
+        for (int j = row - 1; j <= row + 1; ++j)
+            for (int i = column - 1; i <= column + 1; ++i) {
+                if (!is_inside(in, i, j)) continue;
+                low = std::min(low, color.at(c, i, j));
+                high = std::max(high, color.at(c, i, j));
+            }
+        const float value = image.at(c, x, y);
+        return std::isnan(value) ? low : std::clamp(value, low, high);
+    });
+}
+
+/// Motion of all kinds in steps that floats hold exactly, so that thresholds are met exactly too: smooth, apart, none,
+/// across the borders, far beyond them, and none that can be used.
+Planes any_motion(graph::Shape size, std::mt19937& random) {
+    std::uniform_int_distribution kinds(0, 15), eighths(-24, 24), near(-1, 1);
+    Planes motion = planes({2, size.height, size.width}, [](int, int, int) { return 0.0f; });
+    std::array<float, 2> vector{};
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x) {
+            const int kind = kinds(random);
+            if (kind < 3) vector = {eighths(random) / 8.0f, eighths(random) / 8.0f};
+            if (kind < 9) vector[kind % 2] += near(random) / 16.0f;
+            for (int c = 0; c < 2; ++c) motion.at(c, x, y) = vector[c];
+            if (kind == 10) motion.at(near(random) > 0, x, y) = kNan;
+            if (kind == 11) motion.at(0, x, y) = near(random) > 0 ? kInfinity : -kInfinity;
+            if (kind == 12) motion.at(1, x, y) = near(random) > 0 ? 1e30f : -3e9f;
+            if (kind == 13) motion.at(0, x, y) = near(random) * static_cast<float>(size.width);
+        }
+    return motion;
+}
+
+/// Surfaces at few distances, some of them sloping, so that there are ties and silhouettes.
+Planes any_depth(graph::Shape size, std::mt19937& random) {
+    std::uniform_int_distribution levels(0, 4), changes(0, 3);
+    float level = 0.5f, sloping = 0;
+    return planes({1, size.height, size.width}, [&](int, int x, int y) {
+        if (changes(random) == 0) level = static_cast<float>(levels(random)) / 5;
+        if (changes(random) == 0) sloping = static_cast<float>(levels(random)) / 1024;
+        return std::min(level + sloping * static_cast<float>(x + y), 1.0f);
+    });
+}
+
+struct Case {
+    graph::Shape size;  // of the render image
+    Vec2 jitter;
+    int stride = 4, offset = 0;  // of depth
+};
+
+runtime::FrameConstants frame_with(Vec2 jitter, Vec2 motion_jitter) {
+    runtime::FrameConstants frame;
+    frame.jitter_x = jitter.x;
+    frame.jitter_y = jitter.y;
+    frame.motion_jitter_x = motion_jitter.x;
+    frame.motion_jitter_y = motion_jitter.y;
+    return frame;
+}
+
+void check_history(const Case& test) {
+    CAPTURE(test.size.width);
+    CAPTURE(test.size.height);
+    std::mt19937 random(11);
+    const Planes motion = any_motion(test.size, random), depth = any_depth(test.size, random);
+    const graph::Shape plane = depth.shape;
+    const auto frame = frame_with(test.jitter, {0.25f, -0.5f});
+    const Planes previous = expected_previous_depth(motion, depth, test.jitter);
+    const auto depth_layout = part_layout(plane, Storage::f32, 1, test.stride, test.offset);
+    const auto motion_layout = part_layout(motion.shape, Storage::f32, 1, 4, 1);
+
+    runtime::Problem fill;
+    fill.node = {graph::Fill{1}, {}, plane, "fill"};
+    fill.output = part_layout(plane, Storage::f32, 1, 4, 0);
+    const Planes ones = planes(plane, [](int, int, int) { return 1.0f; });
+    check_operator(fill, {}, frame, ones, 0);
+
+    runtime::Problem scatter;
+    scatter.node = {graph::PreviousDepth{}, {}, plane, "previous depth"};
+    scatter.inputs = {fill.output, motion_layout, depth_layout};
+    scatter.output = fill.output;
+    check_operator(scatter, {ones, motion, depth}, frame, previous, 0);
+
+    runtime::Problem check;
+    check.node = {graph::CheckedMotion{}, {}, motion.shape, "checked motion"};
+    check.inputs = {motion_layout, depth_layout, fill.output};
+    check.output = part_layout(motion.shape, Storage::f32, 1, 4, 0);
+    check_operator(check, {motion, depth, previous}, frame,
+                   expected_checked_motion(motion, depth, previous, test.jitter), 0);
+    // Of any depths before, more of which are near.
+    const Planes any = any_depth(test.size, random);
+    check_operator(check, {motion, depth, any}, frame, expected_checked_motion(motion, depth, any, test.jitter), 0);
+}
+
+void check_validity(graph::Shape size, Storage storage, bool reset) {
+    std::mt19937 random(12);
+    const Planes motion = any_motion(size, random);
+    auto frame = frame_with({}, {});
+    frame.reset = reset;
+    runtime::Problem problem;
+    problem.node = {graph::Validity{}, {}, {1, size.height, size.width}, "validity"};
+    problem.inputs = {part_layout(motion.shape, Storage::f32, 1, 4, 0)};
+    problem.output = part_layout(problem.node.shape, storage, 1, 24, 6);
+    check_operator(
+        problem, {motion}, frame,
+        planes(problem.node.shape, [&](int, int x, int y) { return !reset && is_valid(motion, x, y) ? 1.0f : 0.0f; }),
+        0);
+}
+
+Size scaled(graph::Shape size, double scale) {
+    return {static_cast<int>(std::lround(size.width * scale)), static_cast<int>(std::lround(size.height * scale))};
+}
+
+void check_reprojection(const Case& test, double scale, int block = 1) {
+    CAPTURE(scale);
+    CAPTURE(test.size.width);
+    CAPTURE(test.size.height);
+    CAPTURE(test.jitter.x);
+    std::mt19937 random(13);
+    const Planes motion = any_motion(test.size, random), depth = any_depth(test.size, random);
+    const Size size = scaled(test.size, scale);
+    const Planes expected = expected_reprojection(motion, depth, scale, size, test.jitter);
+    runtime::Problem problem;
+    problem.node = {graph::Reproject{scale}, {}, expected.shape, "reproject"};
+    problem.inputs = {part_layout(motion.shape, Storage::f32, 1, 4, 1),
+                      part_layout(depth.shape, Storage::f32, 1, test.stride, test.offset)};
+    problem.output = part_layout(expected.shape, Storage::f32, block, 4 * block * block, 0);
+    // Vectors as long as the image may cancel out.
+    const float tolerance = 2e-6f + 6e-8f * static_cast<float>(size.width);
+    check_operator(problem, {motion, depth}, frame_with({-0.375f, 0.125f}, test.jitter), expected, tolerance);
+}
+
+void check_hold(const Case& test, double scale, Storage storage, int block = 1) {
+    CAPTURE(scale);
+    CAPTURE(test.size.width);
+    CAPTURE(test.size.height);
+    std::mt19937 random(14);
+    const Size size = scaled(test.size, scale);
+    const graph::Shape render{3, test.size.height, test.size.width}, output{3, size.height, size.width};
+    const Planes color = rounded(random_planes(render, random), storage);
+    const Planes history = rounded(random_planes(output, random, 0, 2), storage);
+    Planes image = random_planes(output, random, -1, 3);
+    std::uniform_int_distribution kinds(0, 20);
+    for (float& value : image.values) {
+        const int kind = kinds(random);
+        if (kind == 0) value = kNan;
+        if (kind == 1) value = kInfinity;
+        if (kind == 2) value = -kInfinity;
+    }
+    image = rounded(image, storage);
+    runtime::Problem problem;
+    problem.node = {graph::Hold{scale}, {}, output, "hold"};
+    problem.inputs = {part_layout(output, storage, 1, 4, 0), part_layout(render, storage, 1, test.stride, test.offset),
+                      part_layout(output, storage, block, 4 * block * block + 3, 2)};
+    problem.output = part_layout(output, storage, 1, 4, 0);
+    check_operator(problem, {image, color, history}, frame_with(test.jitter, {0.25f, -0.25f}),
+                   expected_hold(image, color, history, scale, test.jitter), 0);
+}
+
+}  // namespace
+
+TEST_CASE("history is where the surface was seen") {
+    check_history({{1, 34, 61}, {0.375f, -0.25f}, 24, 3});
+    check_history({{1, 41, 130}, {0, 0}});
+    check_history({{1, 67, 3}, {-0.5f, 0.5f}});
+}
+
+TEST_CASE("a surface that comes into sight behind another has no history") {
+    // A near square moves three pixels to the right before a far wall that stands still; depth slopes nowhere.
+    const graph::Shape size{1, 12, 20};
+    const auto is_near = [](int x, int y) { return x >= 8 && x < 14 && y >= 3 && y < 9; };
+    const Planes depth = planes(size, [&](int, int x, int y) { return is_near(x, y) ? 0.25f : 0.75f; });
+    const Planes motion =
+        planes({2, 12, 20}, [&](int c, int x, int y) { return c == 0 && is_near(x, y) ? -3.0f : 0.0f; });
+    const Planes checked =
+        expected_checked_motion(motion, depth, expected_previous_depth(motion, depth, {0, 0}), {0, 0});
+    for (int y = 0; y < 12; ++y)
+        for (int x = 0; x < 20; ++x) {
+            CAPTURE(x);
+            CAPTURE(y);
+            const bool uncovered = x >= 5 && x < 8 && y >= 3 && y < 9;
+            CHECK(is_valid(checked, x, y) == !uncovered);
+        }
+}
+
+TEST_CASE("validity tells valid vectors from others") {
+    for (const Storage storage : {Storage::f32, Storage::f16})
+        for (const bool reset : {false, true}) check_validity({1, 19, 83}, storage, reset);
+}
+
+TEST_CASE("reproject takes no vector across a silhouette") {
+    for (const double scale : {1.0, 1.5, 2.0, 3.0}) check_reprojection({{1, 37, 53}, {0, 0}, 24, 3}, scale);
+    for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 4.0, 6.0})
+        check_reprojection({{1, 21, 75}, {0.3125f, -0.4375f}}, scale);
+    check_reprojection({{1, 11, 13}, {-0.75f, 1.375f}}, 2.0, 2);
+}
+
+TEST_CASE("hold keeps a colour within what the frame and its history show") {
+    for (const Storage storage : {Storage::f32, Storage::f16})
+        for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 4.0}) {
+            check_hold({{1, 23, 47}, {0.375f, -0.4375f}}, scale, storage);
+            check_hold({{1, 9, 70}, {-0.25f, 0.25f}, 27, 5}, scale, storage);
+        }
+    check_hold({{1, 10, 35}, {0.25f, -0.25f}}, 2, Storage::f32, 2);
+    check_hold({{1, 10, 35}, {0.25f, -0.25f}}, 3, Storage::f16, 3);
+}
+
+TEST_SUITE("small") {
+    TEST_CASE("history of small images") {
+        check_history({{1, 1, 1}, {0, 0}});
+        check_history({{1, 1, 9}, {0.25f, -0.5f}});
+        check_history({{1, 7, 5}, {-0.375f, 0.125f}, 1, 0});
+        check_validity({1, 3, 5}, Storage::f32, false);
+        check_validity({1, 1, 1}, Storage::f32, true);
+    }
+
+    TEST_CASE("reproject of small images") {
+        for (const double scale : {1.0, 1.5, 3.0}) {
+            check_reprojection({{1, 1, 1}, {0.375f, 0}}, scale);
+            check_reprojection({{1, 5, 7}, {0.25f, -0.3125f}}, scale);
+        }
+        check_reprojection({{1, 1, 6}, {0, 0}}, 2);
+    }
+
+    TEST_CASE("hold of small images") {
+        for (const double scale : {1.0, 1.5, 3.0}) {
+            check_hold({{1, 1, 1}, {0.375f, 0}}, scale, Storage::f32);
+            check_hold({{1, 5, 7}, {0.25f, -0.3125f}}, scale, Storage::f32);
+        }
+    }
+}
