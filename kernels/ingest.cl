@@ -1,10 +1,10 @@
-// The caller's colour, depth and motion into their canonical form (conventions.md), and the jitter's planes: one pass
-// over the frame.
+// The caller's colour, depth and motion into their canonical form (conventions.md), and the planes of the jitter and
+// the scale: one pass over the frame.
 //
-// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_* of what
-// the pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's format,
-// RAW_T (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place
-// is (bytes to its first pixel, bytes from row to row).
+// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*
+// of what the pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's
+// format, RAW_T (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A
+// resource's place is (bytes to its first pixel, bytes from row to row).
 
 // Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
 #define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
@@ -63,6 +63,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #ifdef JITTER_Y_WIDTH
     global JITTER_Y_STORAGE* jitter_y,
 #endif
+#ifdef SCALE_WIDTH
+    global SCALE_STORAGE* scale,
+#endif
     Frame frame) {
     const int x0 = 4 * get_global_id(0), y = get_global_id(1);
     if (x0 >= WIDTH || y >= HEIGHT) return;
@@ -107,6 +110,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #endif
 #ifdef JITTER_Y_WIDTH
             WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
+#endif
+#ifdef SCALE_WIDTH
+            WRITE(SCALE, frame.scale, scale, 0);
 #endif
 #ifdef MOTION_WIDTH
             const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;

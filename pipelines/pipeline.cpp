@@ -1,12 +1,21 @@
 #include "pipelines/pipeline.h"
 
 namespace clarus::pipelines {
+namespace {
+
+template <auto build>
+graph::Graph at_whole_scale(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options) {
+    return build(model, static_cast<int>(scale), render, options);
+}
+
+}  // namespace
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
-        // SRPO ends where its last layer has 2048 channels, 2s².
-        {"enss", 2, 4, build_enss},   {"mnss", 2, 3, build_mnss}, {"srpo", 1, 32, build_srpo},
-        {"stack", 1, 8, build_stack}, {"nsrr", 2, 6, build_nsrr},
+        {"clarus", 1.3, 4, build_clarus, true},       {"enss", 2, 4, at_whole_scale<build_enss>},
+        {"mnss", 2, 3, at_whole_scale<build_mnss>},   {"nsrr", 2, 6, at_whole_scale<build_nsrr>},
+        {"srpo", 1, 32, at_whole_scale<build_srpo>},  // it ends where its last layer has 2048 channels, 2s²
+        {"stack", 1, 8, at_whole_scale<build_stack>},
     };
     return all;
 }

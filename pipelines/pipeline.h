@@ -14,12 +14,13 @@ struct PipelineOptions {
     std::optional<int> previous_frames;  // nsrr: use so many instead of all that the model has
 };
 
-/// A published system: a model's tensors in, a graph out. What a model file must hold is said in formats.md.
+/// A system with a network: a model's tensors in, a graph out. What a model file must hold is said in formats.md.
 struct Pipeline {
     std::string_view name;  // the model's `pipeline`
-    int smallest_scale, largest_scale;
-    /// Errors: file, naming the tensor or key that does not fit.
-    graph::Graph (*build)(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+    double smallest_scale, largest_scale;
+    /// At one of these scales. Errors: file, naming the tensor or key that does not fit.
+    graph::Graph (*build)(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
+    bool any_scale = false;  // the model's `scale` is "any", and any real one of these will do; else it is a whole one
 };
 
 std::span<const Pipeline> pipelines();
@@ -44,6 +45,7 @@ graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, co
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_clarus(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_nearest(const FilterSettings& settings);
 graph::Graph build_bilinear(const FilterSettings& settings);
 graph::Graph build_bicubic(const FilterSettings& settings);

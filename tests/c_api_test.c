@@ -25,6 +25,7 @@ int main(void) {
     clarus_options options = clarus_default_options();
     clarus_frame frame = clarus_default_frame();
     int width = 0, height = 0;
+    double smallest = 0, largest = 0;
     size_t i;
 
     CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
@@ -34,6 +35,12 @@ int main(void) {
     CHECK(clarus_model_find("bicubic", NAN, &model) == CLARUS_INVALID_ARGUMENT);
 
     CHECK(clarus_device_open(getenv("CLARUS_TEST_DEVICE"), &device) == CLARUS_OK);
+    CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/clarus_x2.model.safetensors", 4.5, &model) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "4.5"));
+    CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/clarus_x2.model.safetensors", 1.5, &model) == CLARUS_OK);
+    clarus_model_scales(model, &smallest, &largest);
+    CHECK(smallest == 1.3 && largest == 4);
+    clarus_model_release(model);
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
     clarus_model_release(model);

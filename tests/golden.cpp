@@ -24,8 +24,9 @@ double largest_difference(const float* a, const float* b, size_t count) {
 }  // namespace
 
 Golden::Golden(const std::string& name)
-    : model(Model::load(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".model.safetensors")),
-      file(io::Safetensors::read(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".golden.safetensors")),
+    : file(io::Safetensors::read(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".golden.safetensors")),
+      model(Model::load(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".model.safetensors",
+                        std::stod(file.require_metadata("scale")))),
       frames(static_cast<int>(file.tensors().at("color").shape[0])),
       render{static_cast<int>(file.tensors().at("color").shape[2]),
              static_cast<int>(file.tensors().at("color").shape[1])} {}

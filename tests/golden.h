@@ -17,8 +17,8 @@ struct Golden {
     std::vector<float> tensor(const std::string& name) const { return file.tensors().at(name).floats(); }
     std::vector<int32_t> resets() const;
 
-    Model model;
     io::Safetensors file;
+    Model model;  // of the scale that the file says
     int frames;
     Size render;
 };

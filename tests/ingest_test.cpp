@@ -63,7 +63,7 @@ RawImage raw_image(const Planes& image, ImageFormat format, cl_uint skipped, cl_
 }
 
 struct Ingested {
-    Planes color, depth, motion, jitter_x, jitter_y;
+    Planes color, depth, motion, jitter_x, jitter_y, scale;
     cl_uint invalid = 0;
 };
 
@@ -72,8 +72,8 @@ Ingested run_ingest(const runtime::IngestProblem& problem, const runtime::FrameC
                     const RawImage& depth, const RawImage& motion) {
     const Device device = test_device();
     ocl::Context& context = device.context();
-    const std::optional<TensorLayout> layouts[] = {problem.color, problem.depth, problem.motion, problem.jitter_x,
-                                                   problem.jitter_y};
+    const std::optional<TensorLayout> layouts[] = {problem.color,    problem.depth,    problem.motion,
+                                                   problem.jitter_x, problem.jitter_y, problem.scale};
     Ingested result;
     runtime::Bindings bindings;
     for (const auto& layout : layouts) bindings.inputs.push_back(layout ? upload(context, *layout) : cl::Buffer());
@@ -86,8 +86,9 @@ Ingested run_ingest(const runtime::IngestProblem& problem, const runtime::FrameC
     runtime::Launch launch(context, runtime::ingest(problem));
     launch.bind(bindings);
     launch.enqueue(context.queue());
-    Planes* images[] = {&result.color, &result.depth, &result.motion, &result.jitter_x, &result.jitter_y};
-    for (int i = 0; i < 5; ++i)
+    Planes* images[] = {&result.color,    &result.depth,    &result.motion,
+                        &result.jitter_x, &result.jitter_y, &result.scale};
+    for (int i = 0; i < 6; ++i)
         if (layouts[i]) *images[i] = download(context, *layouts[i], bindings.inputs[i]);
     context.queue().enqueueReadBuffer(bindings.counter, CL_TRUE, 0, sizeof(cl_uint), &result.invalid);
     return result;
@@ -150,7 +151,7 @@ Planes some_depth(graph::Shape shape) {
     return depth;
 }
 
-/// Colour, depth and both jitters as neighbours in wider cells, as ENSS has them; motion on its own.
+/// Colour, depth, both jitters and the scale as neighbours in wider cells, as ENSS has them; motion on its own.
 void check_frame(Size size, const UpscalerOptions& options, Storage storage, float exposure = 1) {
     const graph::Shape color_shape{3, size.height, size.width}, plane_shape{1, size.height, size.width};
     const bool u8 = options.color_format.type == ElementType::u8;
@@ -168,11 +169,13 @@ void check_frame(Size size, const UpscalerOptions& options, Storage storage, flo
     problem.depth = part_layout(plane_shape, Storage::f32, 1, 24, 3);
     problem.jitter_x = part_layout(plane_shape, storage, 1, 24, 4);
     problem.jitter_y = part_layout(plane_shape, storage, 1, 24, 5);
+    problem.scale = part_layout(plane_shape, storage, 1, 24, 6);
     problem.motion = part_layout({2, size.height, size.width}, Storage::f32, 1, 4, 0);
     problem.options = &options;
     runtime::FrameConstants frame;
     frame.jitter_x = 0.25f;
     frame.jitter_y = -0.375f;
+    frame.scale = 1.5f;
     frame.exposure = exposure;
     frame.depth_numerator = frame.depth_addend = 0.1f / 250;
 
@@ -183,6 +186,7 @@ void check_frame(Size size, const UpscalerOptions& options, Storage storage, flo
     check_close(result.motion, motion.values, 1e-6f);
     check_close(result.jitter_x, planes(plane_shape, [](int, int, int) { return 0.25f; }), 0);
     check_close(result.jitter_y, planes(plane_shape, [](int, int, int) { return -0.375f; }), 0);
+    check_close(result.scale, planes(plane_shape, [](int, int, int) { return 1.5f; }), 0);
     CHECK(result.invalid == 0);
 }
 

@@ -115,6 +115,12 @@ clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_m
     return guarded([&] { *model = new clarus_model{clarus::Model::find(name_or_path, scale)}; });
 }
 
+void clarus_model_scales(const clarus_model* model, double* smallest, double* largest) {
+    const clarus::ScaleRange scales = model->model.scales();
+    *smallest = scales.smallest;
+    *largest = scales.largest;
+}
+
 void clarus_model_release(clarus_model* model) { delete model; }
 
 clarus_options clarus_default_options(void) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 
 #include "base/error.h"
@@ -58,11 +59,12 @@ std::string joined(const std::vector<std::string>& names) {
 struct Model::State {
     std::string name, pipeline;
     double scale = 1;
+    ScaleRange scales{1, 1};
     std::optional<io::Safetensors> tensors;
     std::map<std::string, std::string> metadata;
 };
 
-Model Model::load(const std::string& path) {
+Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
     state->tensors = io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
@@ -73,7 +75,18 @@ Model Model::load(const std::string& path) {
         for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
         fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", path, state->pipeline, joined(names));
     }
-    const int scale = state->tensors->require_integer("scale", pipeline->smallest_scale, pipeline->largest_scale);
+    state->scales = {pipeline->smallest_scale, pipeline->largest_scale};
+    if (!pipeline->any_scale) {
+        scale = state->tensors->require_integer("scale", static_cast<int>(pipeline->smallest_scale),
+                                                static_cast<int>(pipeline->largest_scale));
+        state->scales = {scale, scale};
+    } else if (const std::string& text = state->tensors->require_metadata("scale"); text != "any") {
+        fail(ErrorKind::file, "{}: the metadata \"scale\" of pipeline {} must be \"any\", not \"{}\"", path,
+             state->pipeline, text);
+    }
+    if (!state->scales.contains(scale))
+        fail(ErrorKind::invalid_argument, "{}: scale {}; this model's are from {} to {}", path, scale,
+             state->scales.smallest, state->scales.largest);
     state->scale = scale;
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
@@ -89,15 +102,16 @@ Model Model::filter(const std::string& name, double scale) {
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;
+    state->scales = {1, std::numeric_limits<double>::infinity()};
     return Model(std::move(state));
 }
 
 Model Model::find(const std::string& name_or_path, double scale) {
     if (find_named(pipelines::filters(), name_or_path)) return filter(name_or_path, scale);
     const bool is_path = name_or_path.find('/') != std::string::npos || fs::path(name_or_path).has_extension();
-    if (is_path) return load(name_or_path);
+    if (is_path) return load(name_or_path, scale);
     for (const fs::path& file : shipped_models())
-        if (file.stem() == name_or_path) return load(file.string());
+        if (file.stem() == name_or_path) return load(file.string(), scale);
     fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors file",
          name_or_path, joined(names()));
 }
@@ -113,6 +127,7 @@ std::vector<std::string> Model::names() {
 const std::string& Model::name() const { return state_->name; }
 const std::string& Model::pipeline() const { return state_->pipeline; }
 double Model::scale() const { return state_->scale; }
+ScaleRange Model::scales() const { return state_->scales; }
 const std::map<std::string, std::string>& Model::metadata() const { return state_->metadata; }
 const io::Safetensors* Model::tensors() const { return state_->tensors ? &*state_->tensors : nullptr; }
 

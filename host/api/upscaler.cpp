@@ -97,6 +97,7 @@ struct Upscaler::State {
             constants.depth_addend = infinite ? 0.0f : constants.depth_numerator;
         }
         constants.exposure = frame.exposure;
+        constants.scale = static_cast<float>(model.scale());
         const int scale = static_cast<int>(std::ceil(model.scale()));
         constants.sample_x = sample_position(frame.jitter.x, scale);
         constants.sample_y = sample_position(frame.jitter.y, scale);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -26,14 +27,20 @@ const char* name_of(io::DataType type) {
     return "i32";
 }
 
+std::string scale_text(const Model& model) {
+    const ScaleRange scales = model.scales();
+    if (scales.is_single()) return fmt::format("{:g}", model.scale());
+    return std::isinf(scales.largest) ? "any" : fmt::format("{:g}-{:g}", scales.smallest, scales.largest);
+}
+
 void print_models() {
     fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
     for (const std::string& name : Model::names()) {
         try {
             const Model model = Model::find(name);
             const io::Safetensors* tensors = model.tensors();
-            fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(),
-                       tensors ? fmt::format("{:g}", model.scale()) : "any", tensors ? tensors->elements() : 0);
+            fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(), scale_text(model),
+                       tensors ? tensors->elements() : 0);
         } catch (const Error& error) {
             fmt::print("{:<16}  {}\n", name, error.what());
         }
@@ -42,12 +49,15 @@ void print_models() {
 
 void print_model(const std::string& name) {
     const Model model = Model::find(name);
-    fmt::print("{}: pipeline {}, scale {:g}\n", model.name(), model.pipeline(), model.scale());
+    fmt::print("{}: pipeline {}, scale {}\n", model.name(), model.pipeline(), scale_text(model));
     const io::Safetensors* tensors = model.tensors();
     if (!tensors) {
         fmt::print("A filter; --scale may be any number from 1.\n");
         return;
     }
+    if (!model.scales().is_single())
+        fmt::print("--scale may be any number from {:g} to {:g}; it is the sequence's unless told.\n",
+                   model.scales().smallest, model.scales().largest);
     fmt::print("file: {}\n\nmetadata\n", tensors->path().string());
     for (const auto& [key, value] : model.metadata()) fmt::print("  {}: {}\n", key, value);
     fmt::print("\ntensors\n");

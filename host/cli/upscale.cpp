@@ -47,9 +47,7 @@ struct UpscaleOptions {
     std::filesystem::path trace, report;
 };
 
-bool is_filter(const Model& model) { return !model.tensors(); }
-
-// A network has its scale; a filter takes --scale, else what the sequence was rendered for.
+// A network has its scale, or else, as a filter does, takes --scale or what the sequence was rendered for.
 struct Input {
     Model model;
     io::Sequence sequence;
@@ -57,12 +55,14 @@ struct Input {
 
 Input read_input(const UpscaleOptions& options) {
     Model model = Model::find(options.model, options.scale.value_or(2));
-    if (!is_filter(model) && options.scale && *options.scale != model.scale())
-        fail(ErrorKind::invalid_argument, "model {} upscales by {}, not by --scale {}; only filters take any scale",
-             model.name(), model.scale(), *options.scale);
+    const bool has_its_own = model.scales().is_single();
+    if (has_its_own && options.scale && *options.scale != model.scale())
+        fail(ErrorKind::invalid_argument,
+             "model {} upscales by {}, not by --scale {}; `clarus models` lists what takes any scale", model.name(),
+             model.scale(), *options.scale);
 
     io::Sequence sequence = options.sequence.read(model.scale());
-    if (is_filter(model)) {
+    if (!has_its_own) {
         model = Model::find(options.model, options.scale.value_or(sequence.scale));
     } else if (model.scale() != sequence.scale) {
         fail(ErrorKind::invalid_argument,
@@ -197,7 +197,10 @@ void add_upscale_command(CLI::App& app) {
         .add_option("--device", options->device,
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
         ->type_name("SEL");
-    command.add_option("--scale", options->scale, "For filters: any scale from 1 in place of the sequence's")
+    command
+        .add_option("--scale", options->scale,
+                    "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
+                    "their range")
         ->type_name("S");
     command
         .add_option("--sharpness", options->sharpness,

@@ -126,6 +126,26 @@ Value Graph::hold(Value image, Value color, Value history, double scale) {
     return add(Hold{scale}, {image, color, history}, in, "hold");
 }
 
+Value Graph::warp_sharply(Value history, Value motion, Value color, double scale) {
+    const Shape in = shape(history);
+    expect(in.channels == 4 && shape(color).channels == 3, "history is colour and a weight");
+    expect(shape(motion) == Shape{2, in.height, in.width}, "one motion vector for each pixel of the history");
+    return add(WarpSharply{scale}, {history, motion, color}, in, "warp sharply");
+}
+
+Value Graph::sense(Value past, Value depth) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(past).channels == 4, "history is colour and a weight");
+    return add(Sense{}, {past, depth}, {kSensed, in.height, in.width}, "sense");
+}
+
+Value Graph::compose(Value color, Value past, Value predicted, double scale) {
+    const Shape in = shape(color);
+    expect(in.channels == 3 && shape(past).channels == 4, "history is colour and a weight");
+    expect(shape(predicted) == Shape{kComposeParameters, in.height, in.width}, "parameters for each sample");
+    return add(Compose{scale}, {color, past, predicted}, shape(past), "compose");
+}
+
 Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                   std::string name) {
     const Shape in = shape(image);
@@ -372,7 +392,10 @@ double operations(const Graph& graph, const Node& node) {
     }
     if (std::holds_alternative<Upsample>(node.op) || std::holds_alternative<UpsampleMotion>(node.op) ||
         std::holds_alternative<Warp>(node.op) || std::holds_alternative<Reproject>(node.op))
-        return 7 * elements;  // four products, three sums
+        return 7 * elements;                                                 // four products, three sums
+    if (std::holds_alternative<WarpSharply>(node.op)) return 25 * elements;  // twelve taps
+    if (std::holds_alternative<Sense>(node.op)) return 15 * elements;        // five look-ups
+    if (std::holds_alternative<Compose>(node.op)) return 64 * elements;      // nine taps at 20, 76 for what follows
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums

@@ -101,6 +101,9 @@ class Graph {
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
     Value hold(Value image, Value color, Value history, double scale);
+    Value warp_sharply(Value history, Value motion, Value color, double scale);
+    Value sense(Value past, Value depth);
+    Value compose(Value color, Value past, Value predicted, double scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
     /// With one vector a pixel and fallback 0.

@@ -15,7 +15,7 @@ struct Input {
     Resource resource;
 };
 
-enum class FrameScalar { jitter_x, jitter_y };
+enum class FrameScalar { jitter_x, jitter_y, scale };
 
 /// A plane that holds a number of the frame's everywhere.
 struct Plane {
@@ -119,6 +119,25 @@ struct Reproject {
 struct Hold {
     double scale;
 };
+
+// The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
+
+/// warp_sharply(history, M), and upsample(colour, s, J) of weight 0 where M is invalid and all over a reset frame; any
+/// real scale from 1. Inputs: history, motion in HR pixels (a vector for each), colour.
+struct WarpSharply {
+    double scale;
+};
+
+/// sense(past, d, J) at any real scale. Inputs: past, depth. Result: 9 channels at render resolution.
+struct Sense {};
+inline constexpr int kSensed = 9;
+
+/// compose(colour, past, p, s, J) at any real scale from 1. Inputs: colour, past, p (17 channels at render resolution).
+/// Result: the new history.
+struct Compose {
+    double scale;
+};
+inline constexpr int kComposeParameters = 17;
 
 /// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
 struct Pick {
@@ -234,9 +253,10 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas,
-                              ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity,
-                              Reproject, Hold, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
-                              Mlaa, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
+                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, WarpSharply, Sense,
+                 Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth,
+                 DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -32,8 +32,8 @@ cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
 }
 
 /// The parts of the ingest problem in the order of its arguments (inputs.h).
-std::array<const std::optional<TensorLayout>*, 5> destinations(const IngestProblem& problem) {
-    return {&problem.color, &problem.depth, &problem.motion, &problem.jitter_x, &problem.jitter_y};
+std::array<const std::optional<TensorLayout>*, 6> destinations(const IngestProblem& problem) {
+    return {&problem.color, &problem.depth, &problem.motion, &problem.jitter_x, &problem.jitter_y, &problem.scale};
 }
 
 float element_at(const std::vector<std::byte>& bytes, size_t index, Storage storage) {

@@ -10,6 +10,7 @@ struct FrameConstants {
     float motion_scale_x = 1, motion_scale_y = 1;    // MotionEncoding::scale
     float depth_numerator = 0, depth_addend = 0;     // projective depth: see ingest.cl
     float exposure = 1;
+    float scale = 1;                                   // of the output, in render pixels
     int sample_x = 0, sample_y = 0;                    // q, the sample position in an HR tile
     int previous_sample_x = 0, previous_sample_y = 0;  // the frame before's
     int reset = 0;

@@ -47,6 +47,7 @@ KernelCall ingest(const IngestProblem& problem) {
     if (problem.motion) call.arguments.push_back({ArgumentKind::counter});
     destination("JITTER_X", problem.jitter_x, 3);
     destination("JITTER_Y", problem.jitter_y, 4);
+    destination("SCALE", problem.scale, 5);
     call.arguments.push_back({ArgumentKind::frame});
     if (!any) throw std::logic_error("a pipeline reads something of its frame");
 

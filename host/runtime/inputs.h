@@ -9,14 +9,14 @@ namespace clarus::runtime {
 
 /// Where the canonical inputs go; what the pipeline does not use has no layout.
 struct IngestProblem {
-    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y;
+    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale;
     const UpscalerOptions* options = nullptr;  // formats, colour space, encodings
 };
 
-/// One kernel that reads the caller's images and writes colour, depth, motion and the jitter's planes in their
-/// canonical form (conventions.md), counting invalid motion vectors. Its arguments of kind `input` are what it writes:
-/// 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y. The caller's images begin, and their rows follow, at multiples
-/// of their elements' size.
+/// One kernel that reads the caller's images and writes colour, depth, motion and the planes of the jitter and the
+/// scale in their canonical form (conventions.md), counting invalid motion vectors. Its arguments of kind `input` are
+/// what it writes: 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y, 5 scale. The caller's images begin, and their
+/// rows follow, at multiples of their elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR

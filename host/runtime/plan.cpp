@@ -36,7 +36,10 @@ IngestProblem ingest_problem(const LayoutPlan& plan, const UpscalerOptions& opti
                                                                        : problem.motion;
             layout = plan.layouts[value];
         } else if (const auto* plane = std::get_if<graph::Plane>(&op)) {
-            (plane->scalar == graph::FrameScalar::jitter_x ? problem.jitter_x : problem.jitter_y) = plan.layouts[value];
+            auto& layout = plane->scalar == graph::FrameScalar::jitter_x   ? problem.jitter_x
+                           : plane->scalar == graph::FrameScalar::jitter_y ? problem.jitter_y
+                                                                           : problem.scale;
+            layout = plan.layouts[value];
         }
     }
     return problem;

@@ -88,8 +88,10 @@ clarus_status clarus_device_open(const char* selector, clarus_device** device);
 clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device);
 void clarus_device_release(clarus_device* device);
 
-/* A shipped model's or filter's name, or a file. `scale` is used by filters alone. */
+/* A shipped model's or filter's name, or a file. `scale` is used by filters and by models of any scale. */
 clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_model** model);
+/* The scales that it can be found with: one for a model that has its own; the largest of filters is infinite. */
+void clarus_model_scales(const clarus_model* model, double* smallest, double* largest);
 void clarus_model_release(clarus_model* model);
 
 clarus_options clarus_default_options(void);

@@ -12,17 +12,28 @@ namespace io {
 class Safetensors;
 }
 
+/// The scales that a model can upscale by.
+struct ScaleRange {
+    double smallest, largest;  // that of filters is infinite
+
+    bool contains(double scale) const { return scale >= smallest && scale <= largest; }
+    bool is_single() const { return smallest == largest; }
+};
+
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
 class Model {
   public:
-    /// A `.safetensors` file (formats.md, "A model"). Errors: file, naming the tensor or key and what was expected.
-    static Model load(const std::string& path);
+    /// A `.safetensors` file (formats.md, "A model"). `scale` is used where the model has no scale of its own
+    /// (metadata `scale` "any"). Errors: file, naming the tensor or key and what was expected; invalid_argument, naming
+    /// a scale that the model does not have.
+    static Model load(const std::string& path, double scale = 2);
 
     /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau". `scale` is any real
     /// number from 1; output sides end at 2^15 pixels.
     static Model filter(const std::string& name, double scale);
 
-    /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.
+    /// A shipped model's or a filter's name, or a path. `scale` is used by filters and by models without a scale of
+    /// their own.
     static Model find(const std::string& name_or_path, double scale = 2);
 
     /// Names that `find` knows: shipped models, then filters. Shipped models are looked for in $CLARUS_MODEL_PATH
@@ -32,6 +43,7 @@ class Model {
     const std::string& name() const;      // the file's stem, or the filter's name
     const std::string& pipeline() const;  // "enss", "bilinear", …
     double scale() const;
+    ScaleRange scales() const;  // a single one for a model that has its own
     const std::map<std::string, std::string>& metadata() const;
 
     /// The tensors of a model file; null for a filter.

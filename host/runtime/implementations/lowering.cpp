@@ -29,9 +29,9 @@ std::string shift_options(graph::Shift shift) {
     throw std::logic_error("unknown shift");
 }
 
-std::string scale_options(double scale) {
+std::string scale_options(double scale, std::string_view axis) {
     const auto nearest = static_cast<float>(scale);
-    return fmt::format("-DSCALE={:.9e}f -DSCALE_REST={:.9e}f", nearest, scale - nearest);
+    return fmt::format("-DSCALE{0}={1:.9e}f -DSCALE{0}_REST={2:.9e}f", axis, nearest, scale - nearest);
 }
 
 std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile) {

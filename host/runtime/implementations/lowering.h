@@ -20,8 +20,8 @@ std::string image_options(std::initializer_list<NamedLayout> images);
 
 /// SHIFT_X and SHIFT_Y: the jitter as expressions in the kernel's `frame`.
 std::string shift_options(graph::Shift shift);
-/// SCALE and SCALE_REST: a real scale as the sum of two floats.
-std::string scale_options(double scale);
+/// SCALE and SCALE_REST: a real scale as the sum of two floats. Of one axis alone: SCALE_X, SCALE_X_REST.
+std::string scale_options(double scale, std::string_view axis = "");
 
 /// "WG_X" and "WG_Y": work-groups that suit the device, the built-in one first.
 std::vector<Choices> group_choices(const Problem& problem, const DeviceProfile& profile);

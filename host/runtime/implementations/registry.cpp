@@ -29,6 +29,11 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Validity&) const { return validity_implementations(); }
     std::span<const Implementation> operator()(const graph::Reproject&) const { return reproject_implementations(); }
     std::span<const Implementation> operator()(const graph::Hold&) const { return hold_implementations(); }
+    std::span<const Implementation> operator()(const graph::WarpSharply&) const {
+        return warp_sharply_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Sense&) const { return sense_implementations(); }
+    std::span<const Implementation> operator()(const graph::Compose&) const { return compose_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
     std::span<const Implementation> operator()(const graph::Pick&) const { return pick_implementations(); }
     std::span<const Implementation> operator()(const graph::Place&) const { return place_implementations(); }

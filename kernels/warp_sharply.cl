@@ -1,0 +1,75 @@
+// warp_sharply(history, M) of docs/clarus.md; upsample(colour, s, J) of weight 0, for any real s, where M is invalid
+// and all over a reset frame.
+//
+// Options: IMAGE_* (the history: colour and a weight), MOTION_*, OUT_* (output resolution), COLOR_* (render resolution;
+// layouts), STRIP (pixels of a row to a work-item), SCALE, SCALE_REST (s as the sum of two floats), STORE_HALF (all but
+// motion, which is float).
+
+// The last of four lanes, the weight's, is filtered by other factors than colour.
+INLINE float4 factors(float color, float weight) { return (float4)(color, color, color, weight); }
+
+// Between columns `column` and the next, s from 0 to 1, and rows likewise. Of four weights along an axis the outer two
+// are 0 for the weight's lane, and where both axes' are outer ones there is no tap.
+INLINE float4 filtered(global const storage* image, int column, int row, float s, float t) {
+    const float4 along_x = keys(s), along_y = keys(t);
+    const float4 x0 = factors(along_x.s0, 0), x1 = factors(along_x.s1, 1 - s);
+    const float4 x2 = factors(along_x.s2, s), x3 = factors(along_x.s3, 0);
+    const float4 y0 = factors(along_y.s0, 0), y1 = factors(along_y.s1, 1 - t);
+    const float4 y2 = factors(along_y.s2, t), y3 = factors(along_y.s3, 0);
+    float4 sum;
+#if IMAGE_BLOCK == 1 && IMAGE_STRIDE == 4
+    if (column >= 1 && column + 2 < IMAGE_WIDTH && row >= 1 && row + 2 < IMAGE_HEIGHT) {
+        global const storage* corner = image + AT(IMAGE, column - 1, row - 1, 0);
+        const float16 between = (float16)(y1, y1, y1, y1) * LOAD16(corner, IMAGE_ROW) +
+                                (float16)(y2, y2, y2, y2) * LOAD16(corner, 2 * IMAGE_ROW);
+        const float8 outer = (float8)(y0, y0) * LOAD8(corner, 4) + (float8)(y3, y3) * LOAD8(corner, 3 * IMAGE_ROW + 4);
+        sum = x0 * between.s0123 + x1 * (between.s4567 + outer.s0123) + x2 * (between.s89ab + outer.s4567) +
+              x3 * between.scdef;
+    } else
+#endif
+    {
+        const int4 taps = (int4)(-1, 0, 1, 2);
+        const int4 columns = clamp(column + taps, (int4)(0), (int4)(IMAGE_WIDTH - 1));
+        const int4 rows = clamp(row + taps, (int4)(0), (int4)(IMAGE_HEIGHT - 1));
+#define PIXEL(x, y) LOAD_CHANNELS(IMAGE, image, columns.s##x, rows.s##y, 0)
+        sum = y0 * (x1 * PIXEL(1, 0) + x2 * PIXEL(2, 0)) + y3 * (x1 * PIXEL(1, 3) + x2 * PIXEL(2, 3)) +
+              y1 * (x0 * PIXEL(0, 1) + x1 * PIXEL(1, 1) + x2 * PIXEL(2, 1) + x3 * PIXEL(3, 1)) +
+              y2 * (x0 * PIXEL(0, 2) + x1 * PIXEL(1, 2) + x2 * PIXEL(2, 2) + x3 * PIXEL(3, 2));
+#undef PIXEL
+    }
+    // All sixteen weights of colour add up to 1.
+    const float corners = (along_x.s0 + along_x.s3) * (along_y.s0 + along_y.s3);
+    const float4 color = sum / (1 - corners);
+    const float4 held = color > 0 ? (color < 1 ? color : 1) : 0;
+    return (float4)(held.xyz, sum.w);
+}
+
+INLINE Taps fallback_taps(int x, float jitter, int size) {
+    const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
+    return clamped_taps(u.whole, u.fraction, size);
+}
+
+INLINE float4 warped(global const storage* image, global const storage* color, Frame frame, int x, int y,
+                     float motion_x, float motion_y) {
+    if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
+        const Taps tx = fallback_taps(x, frame.jitter_x, COLOR_WIDTH);
+        const Taps ty = fallback_taps(y, frame.jitter_y, COLOR_HEIGHT);
+        return (float4)(BILINEAR(COLOR, color, tx, ty, 0).xyz, 0);
+    }
+    // Cut to twice the image, beyond which nothing changes, so that the sums fit an int.
+    const float dx = clamp(motion_x, -2.0f * IMAGE_WIDTH, 2.0f * IMAGE_WIDTH);
+    const float dy = clamp(motion_y, -2.0f * IMAGE_HEIGHT, 2.0f * IMAGE_HEIGHT);
+    const int whole_x = whole_part(dx), whole_y = whole_part(dy);
+    return filtered(image, x + whole_x, y + whole_y, dx - whole_x, dy - whole_y);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply(global const storage* image,
+                                                                              global const float* motion,
+                                                                              global const storage* color,
+                                                                              global storage* out, Frame frame) {
+    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+    if (y >= OUT_HEIGHT) return;
+    for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x)
+        STORE_CHANNELS(OUT, warped(image, color, frame, x, y, motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]),
+                       out, x, y, 0);
+}
