@@ -30,6 +30,11 @@ class Run:
             words += ["--grow", os.path.join(runs, self.grow, "checkpoint.pt")]
         self.words = words
 
+    def start(self):
+        os.makedirs(self.output, exist_ok=True)
+        with open(os.path.join(self.output, "output.txt"), "a") as log:
+            return subprocess.Popen(self.words, stdout=log, stderr=log)
+
     def is_finished(self):
         """By its log: the last row's seconds."""
         try:
@@ -72,34 +77,36 @@ def main():
     if arguments.processes > 1:
         for run in left:
             run.words += ["--threads", "1"]
-    working, failed = {}, []
-    told = []
-    for name in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(name, lambda number, _: told.append(number))
-    while (left or working) and not (told and not working):
-        ready = [run for run in left if not run.grow or by_name[run.grow].is_finished()]
-        while ready and len(working) < arguments.processes and not told:
-            run = ready.pop(0)
-            left.remove(run)
-            os.makedirs(run.output, exist_ok=True)
-            with open(os.path.join(run.output, "output.txt"), "a") as log:
-                working[run] = subprocess.Popen(run.words, stdout=log, stderr=log)
-            print(f"{run.name}: {run.hours:g} h, in {run.output}", flush=True)
-        if not working:
-            waiting = ", ".join(run.name for run in left)
-            raise SystemExit(f"{waiting}: what they grow from is not finished")
-        for process in working.values() if told else ():
-            process.terminate()  # it writes its checkpoint first
-        time.sleep(1)
-        for run, process in list(working.items()):
-            if process.poll() is None:
-                continue
-            del working[run]
-            print(f"{run.name}: {'ended early' if told or process.returncode else 'finished'}", flush=True)
-            if process.returncode and not told:
-                failed.append(run.name)
+    failed = train(left, by_name, arguments.processes)
     if failed:
         raise SystemExit(f"failed, see output.txt there: {', '.join(failed)}")
+
+
+def train(left, by_name, processes):
+    """Runs what is left, as many at once as `processes`; returns the names of those that failed."""
+    working, failed, told = {}, [], []
+    for name in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(name, lambda number, _: told.append(number))
+    while working or (left and not told):
+        ready = [run for run in left if not run.grow or by_name[run.grow].is_finished()]
+        while ready and len(working) < processes and not told:
+            run = ready.pop(0)
+            left.remove(run)
+            working[run] = run.start()
+            print(f"{run.name}: {run.hours:g} h, in {run.output}", flush=True)
+        if not working:
+            print(f"left out, for what they grow from is not finished: {', '.join(run.name for run in left)}")
+            return failed
+        time.sleep(0.2)
+        if told:
+            for process in working.values():
+                process.terminate()  # it writes its checkpoint, and ends; told again, it does no more
+        for run, process in list(working.items()):
+            if (told and process.wait() is not None) or process.poll() is not None:
+                del working[run]
+                print(f"{run.name}: {'finished' if run.is_finished() else 'ended early'}", flush=True)
+                failed += [run.name] if process.returncode else []
+    return failed
 
 
 if __name__ == "__main__":
