@@ -62,6 +62,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void hold_strip(glob
             const int above = max(nearest - 1, 0), below = min(nearest + 1, COLOR_HEIGHT - 1);
             for (int i = 0; i < SPAN + 2; ++i) {
                 const int column = clamp(first - 1 + i, 0, COLOR_WIDTH - 1);
+                PREFETCH(color + AT(COLOR, column, min(nearest + 2, COLOR_HEIGHT - 1), 0));
                 const float4 a = LOAD_CHANNELS(COLOR, color, column, above, 0);
                 const float4 b = LOAD_CHANNELS(COLOR, color, column, nearest, 0);
                 const float4 c = LOAD_CHANNELS(COLOR, color, column, below, 0);
@@ -76,8 +77,12 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void hold_strip(glob
                 high[i] = GREATER(upper, column_high[i + 2]);
             }
         }
-        for (int i = 0; i < pixels; ++i)
+        const int next = min(y0 + row + HISTORY_BLOCK, OUT_HEIGHT - 1);
+        for (int i = 0; i < pixels; ++i) {
+            PREFETCH(image + AT(IMAGE, x0 + i, next, 0));
+            PREFETCH(history + AT(HISTORY, x0 + i, next, 0));
             hold_pixel(image, history, out, x0 + i, y0 + row, low[place[i]], high[place[i]]);
+        }
     }
 }
 #endif

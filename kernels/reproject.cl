@@ -9,7 +9,7 @@
 #define SILHOUETTE_MOTION 0.25f  // render pixels
 
 // The taps of HR column or row x; those that do not count have weight 0.
-INLINE Taps counted_taps(int x, float jitter, int size) {
+inline Taps counted_taps(int x, float jitter, int size) {
     const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
     const int outside = u.whole < 0 || u.whole >= size - 1;
     Taps taps = clamped_taps(clamp(u.whole, 0, size - 1), outside ? 0 : u.fraction, size);
@@ -75,65 +75,87 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(globa
 // that are valid and no silhouette, whichever of them count, there is only the mean to be taken; whether that is so is
 // found out once for all pixels between them. SPAN is the most samples under a row of the strip.
 #ifdef PIXELS
-// Columns first … first + SPAN − 1 of a row, clamped to the image.
-INLINE void read_row(global const float* motion, global const float* depth, int first, int row, float* along_x,
-                     float* along_y, float* distance) {
+// SPAN samples of a row from column `first` on, clamped to the image: vectors and depths.
+INLINE void read_row(global const float* motion, global const float* depth, int first, int row, float* vectors,
+                     float* depths) {
     for (int i = 0; i < SPAN; ++i) {
         const int column = min(first + i, MOTION_WIDTH - 1);
-        along_x[i] = motion[AT(MOTION, column, row, 0)];
-        along_y[i] = motion[AT(MOTION, column, row, 1)];
-        distance[i] = depth[AT(DEPTH, column, row, 0)];
+        vectors[2 * i] = motion[AT(MOTION, column, row, 0)];
+        vectors[2 * i + 1] = motion[AT(MOTION, column, row, 1)];
+        depths[i] = depth[AT(DEPTH, column, row, 0)];
     }
 }
 
 INLINE float least_of(float a, float b) { return a < b ? a : b; }
 INLINE float most_of(float a, float b) { return a > b ? a : b; }
 
+// Of element i and its right neighbour, `step` elements on, in two rows.
+#define LEAST_OF_FOUR(above, below, i, step) \
+    least_of(least_of(above[i], above[(i) + (step)]), least_of(below[i], below[(i) + (step)]))
+#define MOST_OF_FOUR(above, below, i, step) \
+    most_of(most_of(above[i], above[(i) + (step)]), most_of(below[i], below[(i) + (step)]))
+// 0, but not a number where one of them is not finite.
+#define FINITE_OF_FOUR(above, below, i, step)                                                      \
+    ((above[i] - above[i]) + (above[(i) + (step)] - above[(i) + (step)]) + (below[i] - below[i]) + \
+     (below[(i) + (step)] - below[(i) + (step)]))
+
+// Whether only the mean is to be taken between each sample of two rows and the one to its right, and whether it is so
+// everywhere.
+INLINE int find_plain(const float* above, const float* below, const float* depths_above, const float* depths_below,
+                      int* plain) {
+    int all = 1;
+    for (int i = 0; i < SPAN - 1; ++i) {
+        const float nearest = LEAST_OF_FOUR(depths_above, depths_below, i, 1);
+        const float farthest = MOST_OF_FOUR(depths_above, depths_below, i, 1);
+        const float apart_x = MOST_OF_FOUR(above, below, 2 * i, 2) - LEAST_OF_FOUR(above, below, 2 * i, 2);
+        const float apart_y = MOST_OF_FOUR(above, below, 2 * i + 1, 2) - LEAST_OF_FOUR(above, below, 2 * i + 1, 2);
+        const float finite = FINITE_OF_FOUR(above, below, 2 * i, 2) + FINITE_OF_FOUR(above, below, 2 * i + 1, 2);
+        const int together = (apart_x <= SILHOUETTE_MOTION) & (apart_y <= SILHOUETTE_MOTION);
+        plain[i] = (finite == 0) & (together | (farthest - nearest <= SILHOUETTE_DEPTH * nearest));
+        all &= plain[i];
+    }
+    return all;
+}
+
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip(global const float* motion,
                                                                                  global const float* depth,
                                                                                  global float* out, Frame frame) {
     const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
-    Taps across[PIXELS];
-    for (int i = 0; i < PIXELS; ++i) across[i] = counted_taps(min(x0 + i, OUT_WIDTH - 1), SHIFT_X, MOTION_WIDTH);
-    const int first = across[0].first;
-    float x_above[SPAN], y_above[SPAN], depth_above[SPAN], x_below[SPAN], y_below[SPAN], depth_below[SPAN];
-    float x_between[SPAN], y_between[SPAN];
-    int plain[SPAN];
-    int read = -1;  // the row above of those that have been read
+    const int first = counted_taps(x0, SHIFT_X, MOTION_WIDTH).first;
+    int place[PIXELS];
+    float4 weights[PIXELS];
+    for (int i = 0; i < pixels; ++i) {
+        const Taps tx = counted_taps(x0 + i, SHIFT_X, MOTION_WIDTH);
+        place[i] = tx.first - first;
+        weights[i] = (float4)(tx.first_weight, tx.first_weight, tx.second_weight, tx.second_weight);
+    }
+    float above[2 * SPAN], below[2 * SPAN], depths_above[SPAN], depths_below[SPAN], between[2 * SPAN];
+    int plain[SPAN], all_plain = 0;
+    int row_above = -1, row_below = -1;  // that have been read
     for (int row = 0; row < rows; ++row) {
         const Taps ty = counted_taps(y0 + row, SHIFT_Y, MOTION_HEIGHT);
-        if (ty.first != read) {
-            read = ty.first;
-            read_row(motion, depth, first, ty.first, x_above, y_above, depth_above);
-            read_row(motion, depth, first, ty.second, x_below, y_below, depth_below);
-            for (int i = 0; i < SPAN - 1; ++i) {
-#define SPREAD(above, below)                                                     \
-    (most_of(most_of(above[i], above[i + 1]), most_of(below[i], below[i + 1])) - \
-     least_of(least_of(above[i], above[i + 1]), least_of(below[i], below[i + 1])))
-                const float nearest = least_of(least_of(depth_above[i], depth_above[i + 1]),
-                                               least_of(depth_below[i], depth_below[i + 1]));
-                // Not a number and not finite where one of them is not.
-                const float sum = (x_above[i] - x_above[i]) + (x_above[i + 1] - x_above[i + 1]) +
-                                  (x_below[i] - x_below[i]) + (x_below[i + 1] - x_below[i + 1]) +
-                                  (y_above[i] - y_above[i]) + (y_above[i + 1] - y_above[i + 1]) +
-                                  (y_below[i] - y_below[i]) + (y_below[i + 1] - y_below[i + 1]);
-                const int together =
-                    SPREAD(x_above, x_below) <= SILHOUETTE_MOTION & SPREAD(y_above, y_below) <= SILHOUETTE_MOTION;
-                const int level = SPREAD(depth_above, depth_below) <= SILHOUETTE_DEPTH * nearest;
-                plain[i] = is_finite(sum) & (together | level);
+        if (ty.first != row_above) {
+            if (ty.first == row_below) {
+                for (int i = 0; i < 2 * SPAN; ++i) above[i] = below[i];
+                for (int i = 0; i < SPAN; ++i) depths_above[i] = depths_below[i];
+            } else {
+                read_row(motion, depth, first, ty.first, above, depths_above);
             }
+            read_row(motion, depth, first, ty.second, below, depths_below);
+            row_above = ty.first;
+            row_below = ty.second;
+            all_plain = find_plain(above, below, depths_above, depths_below, plain);
         }
-        for (int i = 0; i < SPAN; ++i) {
-            x_between[i] = (SCALE + SCALE_REST) * (ty.first_weight * x_above[i] + ty.second_weight * x_below[i]);
-            y_between[i] = (SCALE + SCALE_REST) * (ty.first_weight * y_above[i] + ty.second_weight * y_below[i]);
-        }
+        const float weight_above = (SCALE + SCALE_REST) * ty.first_weight;
+        const float weight_below = (SCALE + SCALE_REST) * ty.second_weight;
+        for (int i = 0; i < 2 * SPAN; ++i) between[i] = weight_above * above[i] + weight_below * below[i];
         for (int i = 0; i < pixels; ++i) {
-            const Taps tx = across[i];
-            const int place = tx.first - first;
-            const float2 mean = (float2)(tx.first_weight * x_between[place] + tx.second_weight * x_between[place + 1],
-                                         tx.first_weight * y_between[place] + tx.second_weight * y_between[place + 1]);
-            store_vector(plain[place] ? mean : reprojected(motion, depth, tx, ty), out, x0 + i, y0 + row);
+            const float4 weighted = weights[i] * vload4(0, between + 2 * place[i]);
+            float2 vector = weighted.lo + weighted.hi;
+            if (!all_plain && !plain[place[i]])
+                vector = reprojected(motion, depth, counted_taps(x0 + i, SHIFT_X, MOTION_WIDTH), ty);
+            store_vector(vector, out, x0 + i, y0 + row);
         }
     }
 }

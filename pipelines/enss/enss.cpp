@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -25,7 +26,7 @@ using graph::Value;
 struct Widths {
     int features;  // f
     int body;      // m
-    int inputs;    // of the first convolution: 6 + 4s²
+    int inputs;    // of the first convolution: 6 + 4s², with checked history 7 + 4s²
     int outputs;   // of the last: 5s²
 };
 
@@ -39,8 +40,8 @@ bool has_table(const io::Safetensors& model) {
     return has_any(model, "first.") || has_any(model, "last.") || has_any(model, "jitter");
 }
 
-Widths read_widths(const io::Safetensors& model, int scale) {
-    Widths widths{0, 0, 6 + 4 * scale * scale, 5 * scale * scale};
+Widths read_widths(const io::Safetensors& model, int scale, bool checked) {
+    Widths widths{0, 0, (checked ? 7 : 6) + 4 * scale * scale, 5 * scale * scale};
     if (has_table(model)) {
         const io::Tensor& first =
             model.require("first.weight", std::array<int64_t, 5>{kAny, kAny, widths.inputs, 3, 3});
@@ -103,7 +104,8 @@ int table_sets(const io::Safetensors& model) {
 }  // namespace
 
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
-    const Widths widths = read_widths(model, scale);
+    const HistoryOptions options = history_options(model);
+    const Widths widths = read_widths(model, scale, options.checked);
     const int sets = table_sets(model);
     Parameters first = conditioned_layer(model, "first", widths.features, widths.inputs, sets);
     Parameters last = conditioned_layer(model, "last", widths.outputs, widths.features, sets);
@@ -122,13 +124,24 @@ graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, co
     const Value history = graph.previous({4, render.height * scale, render.width * scale}, "history");
 
     // Steps 1 and 2.
-    const Value block_motion = graph.dilate(motion, depth, scale);
-    const Value warped = graph.warp(history, block_motion, graph::kDilationBlock, Border::clamp, color, scale);
+    std::vector<Value> seen{color, depth, graph.plane(FrameScalar::jitter_x, render),
+                            graph.plane(FrameScalar::jitter_y, render)};
+    Value hr_motion;
+    if (options.checked) {
+        const CheckedHistory checked = checked_history(graph, motion, depth, scale);
+        hr_motion = checked.motion;
+        seen.push_back(checked.validity);
+        graph.views["validity"] = checked.validity;
+    } else {
+        hr_motion = graph.dilate(motion, depth, scale);
+    }
+    const Value warped =
+        graph.warp(history, hr_motion, options.checked ? 1 : graph::kDilationBlock, Border::clamp, color, scale);
     const Value warped_color = graph.slice(warped, 0, 3);
 
     // Steps 3 and 4.
-    Value x = graph.concat({color, depth, graph.plane(FrameScalar::jitter_x, render),
-                            graph.plane(FrameScalar::jitter_y, render), graph.space_to_depth(warped, scale)});
+    seen.push_back(graph.space_to_depth(warped, scale));
+    Value x = graph.concat(std::move(seen));
     x = graph.convolution(x, std::move(first), Activation::relu, "first convolution");
     kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
     for (int layer = 0; layer < widths.body; ++layer)
@@ -143,12 +156,19 @@ graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, co
     const Value alpha = graph.sigmoid(graph.slice(predictions, 0, 1), "alpha");
     const Value candidate = graph.slice(predictions, 1, 3);
     const Value feature = graph.slice(predictions, 4, 1);
-    graph.output = graph.clamp(graph.mix(candidate, warped_color, alpha, "blend"), 0, 1, "blend");
+    const Value blend = graph.mix(candidate, warped_color, alpha, "blend");
+    graph.output = options.held ? graph.hold(blend, color, warped_color, scale) : graph.clamp(blend, 0, 1, "blend");
     graph.carry(history, graph.concat({graph.output, feature}));
 
-    graph.views = {{"alpha", alpha},         {"candidate", candidate}, {"feature", feature},
-                   {"motion", block_motion}, {"warped", warped_color}, {"input_motion", motion},
-                   {"input_depth", depth},   {"input_color", color},   {"output", graph.output}};
+    graph.views.insert({{"alpha", alpha},
+                        {"candidate", candidate},
+                        {"feature", feature},
+                        {"motion", hr_motion},
+                        {"warped", warped_color},
+                        {"input_motion", motion},
+                        {"input_depth", depth},
+                        {"input_color", color},
+                        {"output", graph.output}});
     return graph;
 }
 

@@ -1,6 +1,7 @@
 #include <string>
 #include <utility>
 
+#include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -17,6 +18,7 @@ using graph::Shift;
 using graph::Value;
 
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
+    const HistoryOptions options = history_options(model);
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
@@ -26,7 +28,14 @@ graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, co
     const Value history = graph.previous({4, render.height * scale, render.width * scale}, "history");
 
     // Steps 1 and 2.
-    const Value hr_motion = graph.upsample_motion(motion, scale, "warping: motion");
+    Value hr_motion;
+    if (options.checked) {
+        const CheckedHistory checked = checked_history(graph, motion, depth, scale);
+        hr_motion = checked.motion;
+        graph.views["validity"] = checked.validity;
+    } else {
+        hr_motion = graph.upsample_motion(motion, scale, "warping: motion");
+    }
     const Value warped = graph.warp(history, hr_motion, 1, Border::clamp, frame, scale, "warping: history");
     const Value warped_color = graph.slice(warped, 0, 3);
 
@@ -59,16 +68,24 @@ graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, co
         x = graph.convolution(x, std::move(weights), last ? Activation::none : Activation::relu,
                               "blending: convolution " + std::to_string(layer + 1));
     }
-    graph.output = graph.clamp(graph.sum(placed, x, "blending: output"), 0, 1, "blending: output");
+    const Value blended = graph.sum(placed, x, "blending: output");
+    graph.output =
+        options.held ? graph.hold(blended, color, warped_color, scale) : graph.clamp(blended, 0, 1, "blending: output");
     // Only now, so that this frame's state may take the place of the last one's.
     const Value upsampled_depth =
         graph.upsample(graph.slice(frame, 3, 1), scale, Shift::jitter, "warping: upsampled depth");
     graph.carry(history, graph.concat({graph.output, upsampled_depth}));
 
-    graph.views = {{"motion", hr_motion},    {"warped", warped_color},     {"weight", weight},
-                   {"history", inpainted},   {"antialiased", antialiased}, {"placed", placed},
-                   {"input_motion", motion}, {"input_depth", depth},       {"input_color", color},
-                   {"output", graph.output}};
+    graph.views.insert({{"motion", hr_motion},
+                        {"warped", warped_color},
+                        {"weight", weight},
+                        {"history", inpainted},
+                        {"antialiased", antialiased},
+                        {"placed", placed},
+                        {"input_motion", motion},
+                        {"input_depth", depth},
+                        {"input_color", color},
+                        {"output", graph.output}});
     return graph;
 }
 

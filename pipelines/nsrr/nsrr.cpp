@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/rounding.h"
+#include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -66,6 +67,7 @@ class Builder {
           output_{render.width * scale, render.height * scale},
           frames_(frames),
           is_ycbcr_(sees_ycbcr(model)),
+          history_(history_options(model)),
           color_(graph_.input(Resource::color, render)),
           depth_(graph_.input(Resource::depth, render)),
           motion_(graph_.input(Resource::motion, render)) {}
@@ -77,9 +79,10 @@ class Builder {
 
         // Step 3, the oldest first: each map makes room for the next younger one.
         std::vector<Value> history, warped;
+        Value motion = -1;
         if (frames_.used > 0) {
             const Value next = graph_.zero_upsample(features("features_previous", z), scale_);
-            const Value motion = graph_.upsample_motion(motion_, scale_, "motion upsampling");
+            motion = hr_motion();
             for (int i = 0; i < frames_.used; ++i)
                 history.push_back(graph_.previous(graph_.shape(next), "map " + std::to_string(i + 1)));
             warped.resize(frames_.used);
@@ -104,7 +107,8 @@ class Builder {
 
         // Steps 6 and 7.
         const Value image = unet(std::move(maps));
-        graph_.output = is_ycbcr_ ? to_rgb(image) : graph_.clamp(image, 0, 1, "output");
+        const Value rgb = is_ycbcr_ ? to_rgb(image) : in_range(image);
+        graph_.output = history_.held ? held(rgb, motion >= 0 ? motion : hr_motion()) : rgb;
 
         graph_.views.insert({{"features", graph_.slice(current, kRaw, graph_.shape(current).channels - kRaw)},
                              {"input_color", color_},
@@ -127,13 +131,31 @@ class Builder {
                               linear({0.701f / 1.402f, -0.587f / 1.402f, -0.114f / 1.402f}, 0.5f)});
     }
 
-    /// Clamped to [0, 1], plane by plane: so all of it is one pass.
+    Value hr_motion() {
+        if (!history_.checked) return graph_.upsample_motion(motion_, scale_, "motion upsampling");
+        const CheckedHistory checked = checked_history(graph_, motion_, depth_, scale_);
+        graph_.views["validity"] = checked.validity;
+        return checked.motion;
+    }
+
+    /// Within what the frame and the last one's output show.
+    Value held(Value image, Value motion) {
+        const Value previous = graph_.previous(graph_.shape(image), "previous output");
+        const Value warped = graph_.warp(previous, motion, 1, Border::clamp, color_, scale_, "previous output: warp");
+        const Value output = graph_.hold(image, color_, warped, scale_);
+        graph_.carry(previous, output);
+        return output;
+    }
+
+    Value in_range(Value image) { return history_.held ? image : graph_.clamp(image, 0, 1, "output"); }
+
+    /// Clamped to [0, 1], or to be held, plane by plane: so all of it is one pass.
     Value to_rgb(Value ycbcr) {
         constexpr float kRed = 1.402f, kBlue = 1.772f;
         constexpr float kGreenOfCb = -0.114f * kBlue / 0.587f, kGreenOfCr = -0.299f * kRed / 0.587f;
         const std::vector<Value> planes = channels(ycbcr);
         const auto linear = [&](float cb, float cr) {
-            return graph_.clamp(graph_.linear(planes, {1, cb, cr}, -(cb + cr) / 2, "output"), 0, 1, "output");
+            return in_range(graph_.linear(planes, {1, cb, cr}, -(cb + cr) / 2, "output"));
         };
         return graph_.concat({linear(0, kRed), linear(kGreenOfCb, kGreenOfCr), linear(kBlue, 0)});
     }
@@ -208,6 +230,7 @@ class Builder {
     Size output_;
     PreviousFrames frames_;
     bool is_ycbcr_;
+    HistoryOptions history_;
     Graph graph_;
     Value color_, depth_, motion_;
 };

@@ -5,7 +5,8 @@
 namespace clarus::runtime {
 namespace {
 
-constexpr int kStripPixels = 64, kStripRows = 16, kTaps = 2;
+// Wide, so that memory is read and written in long runs.
+constexpr int kStripPixels = 256, kStripRows = 8, kTaps = 2;
 
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;

@@ -1,0 +1,34 @@
+#include "pipelines/history.h"
+
+#include <string>
+#include <string_view>
+
+#include "base/error.h"
+
+namespace clarus::pipelines {
+namespace {
+
+/// Whether the metadata says `other`, rather than nothing or `usual`.
+bool asks_for(const io::Safetensors& model, const std::string& key, std::string_view usual, std::string_view other) {
+    const auto found = model.metadata().find(key);
+    if (found == model.metadata().end() || found->second == usual) return false;
+    if (found->second != other)
+        fail(ErrorKind::file, R"({}: metadata `{}` is "{}"; known: {}, {})", model.path().string(), key, found->second,
+             usual, other);
+    return true;
+}
+
+}  // namespace
+
+HistoryOptions history_options(const io::Safetensors& model) {
+    return {asks_for(model, "history", "plain", "checked"), asks_for(model, "range", "unit", "held")};
+}
+
+CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, int scale) {
+    const graph::Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth));
+    const graph::Shape& render = graph.shape(depth);
+    const Size output{render.width * scale, render.height * scale};
+    return {graph.reproject(checked, depth, scale, output), graph.validity(checked)};
+}
+
+}  // namespace clarus::pipelines
