@@ -5,6 +5,7 @@
 // as the sum of two floats), SHIFT_X, SHIFT_Y (the jitter, as an expression in `frame`), STORE_HALF.
 
 #define LOG2_E 1.44269504f
+#define ROOT_OF_LOG2_E 1.20112241f
 #define LEAST_NORM 1e-3f
 #define MOST 64.0f
 // A sample's share of what is at a distance of d render pixels is 2^(-NEARNESS d²): σ is 0.45 output pixels.
@@ -27,9 +28,9 @@ INLINE Nearest nearest_sample(int x, float jitter, int size) {
 }
 
 // Defines, for float and float16, what is done to one pixel or to sixteen.
-// - prepare: what all of a sample's pixels need of its parameters, in their place: half of a and of b, e, and l, so
-// that
-//   a tap's weight is 2^-r (1 - l r); both terms of `fresh`; sigmoids.
+// - prepare: what all of a sample's pixels need of its parameters, in their place. Of a, b and e it makes three numbers
+//   of which r is a sum of squares, without cancellation, in powers of 2 rather than of e; of l what goes with that r.
+//   Then both terms of `fresh`, and sigmoids.
 // - extremes: of the nine samples around, [sample][channel].
 // - composed: (x, y) from the sample; `before` and `result` are colour and weight.
 #define DEFINE_COMPOSE(real)                                                                                          \
@@ -45,10 +46,12 @@ INLINE Nearest nearest_sample(int x, float jitter, int size) {
     INLINE void prepare_##real(real* p) {                                                                             \
         const real along_x = confined_##real(p[0], (real)(-6.0f), (real)(6.0f));                                      \
         const real along_y = confined_##real(p[1], (real)(-6.0f), (real)(6.0f));                                      \
-        const real tilt = 1 - 2 / (1 + power_##real(2 * LOG2_E * p[2], -120, 120)); /* tanh */                        \
-        p[0] = LOG2_E * exp2_##real(along_x);                                                                         \
-        p[1] = LOG2_E * exp2_##real(along_y);                                                                         \
-        p[2] = (2 * 0.95f * LOG2_E) * tilt * exp2_##real(0.5f * (along_x + along_y));                                 \
+        const real tilt = 0.95f - 1.9f / (1 + power_##real(2 * LOG2_E * p[2], -120, 120)); /* 0.95 tanh */            \
+        const real root_x = ROOT_OF_LOG2_E * exp2_##real(0.5f * along_x);                                             \
+        const real root_y = ROOT_OF_LOG2_E * exp2_##real(0.5f * along_y);                                             \
+        p[0] = root_x;                                                                                                \
+        p[1] = (1 - tilt * tilt) * root_y * root_y;                                                                   \
+        p[2] = tilt * root_y;                                                                                         \
         p[3] = (0.5f / LOG2_E) * sigmoid_##real(p[3]);                                                                \
         p[4] = power_##real(p[4], -6, 4);                                                                             \
         p[5] = power_##real(p[5], -8, 4);                                                                             \
@@ -56,7 +59,7 @@ INLINE Nearest nearest_sample(int x, float jitter, int size) {
         p[7] = sigmoid_##real(p[7]);                                                                                  \
     }                                                                                                                 \
     INLINE void extremes_##real(real samples[9][3], real* low, real* high) {                                          \
-        for (int c = 0; c < 3; ++c) {                                                                                 \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
             low[c] = high[c] = samples[0][c];                                                                         \
             _Pragma("unroll") for (int i = 1; i < 9; ++i) {                                                           \
                 low[c] = LESSER(samples[i][c], low[c]);                                                               \
@@ -69,16 +72,16 @@ INLINE Nearest nearest_sample(int x, float jitter, int size) {
         real total[3] = {0, 0, 0}, norm = 0;                                                                          \
         _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                               \
             const real fx = (float)(i % 3 - 1) - x, fy = (float)(i / 3 - 1) - y;                                      \
-            const real r = fx * (p[0] * fx + p[2] * fy) + p[1] * fy * fy;                                             \
-            const real weight = power_##real(-r, -120, 0) * (1 - p[3] * r);                                           \
+            const real along = p[0] * fx + p[2] * fy, r = along * along + p[1] * fy * fy;                             \
+            const real weight = exp2_##real(GREATER(-r, (real)(-120.0f))) * (1 - p[3] * r);                           \
             norm += weight;                                                                                           \
-            for (int c = 0; c < 3; ++c) total[c] = MAD(weight, samples[i][c], total[c]);                              \
+            _Pragma("unroll") for (int c = 0; c < 3; ++c) total[c] = MAD(weight, samples[i][c], total[c]);            \
         }                                                                                                             \
         const real share_of_norm = 1 / GREATER(norm, (real)(LEAST_NORM));                                             \
         const real nearness = power_##real(-NEARNESS * (x * x + y * y), -120, 0);                                     \
         const real fresh = p[4] * nearness + p[5], kept = p[6] * before[3], weight = kept + fresh;                    \
         const real share = 1 / weight;                                                                                \
-        for (int c = 0; c < 3; ++c) {                                                                                 \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
             const real free = total[c] * share_of_norm + p[8 + c] + x * p[11 + c] + y * p[14 + c];                    \
             const real estimate = confined_##real(free, low[c], high[c]);                                             \
             const real held = confined_##real(before[c], low[c], high[c]);                                            \
@@ -152,14 +155,33 @@ INLINE void transpose(float16* v) {
     v[3] = second_halves(c, d);
 }
 
-// Channels c to c + 3 of sixteen pixels of a row, a vector each; those past the last are anything.
-#define LOAD_LANES(T, p, columns, row, c, lanes)                                                                    \
-    do {                                                                                                            \
-        _Pragma("unroll") for (int i_ = 0; i_ < 4; ++i_) lanes[i_] =                                                \
-            (float16)(LOAD_CHANNELS(T, p, columns[i_], row, c), LOAD_CHANNELS(T, p, columns[i_ + 4], row, c),       \
-                      LOAD_CHANNELS(T, p, columns[i_ + 8], row, c), LOAD_CHANNELS(T, p, columns[i_ + 12], row, c)); \
-        transpose(lanes);                                                                                           \
-    } while (0)
+// Four channels, a vector each, of sixteen pixels that begin so many elements beyond p; those that an image lacks are
+// anything.
+INLINE void load_lanes(global const storage* p, const int* elements, float16* lanes) {
+#pragma unroll
+    for (int i = 0; i < 4; ++i)
+        lanes[i] = (float16)(LOAD4(p, elements[i]), LOAD4(p, elements[i + 4]), LOAD4(p, elements[i + 8]),
+                             LOAD4(p, elements[i + 12]));
+    transpose(lanes);
+}
+
+// Rows follow each other too far apart for processors to see that one will be read after another.
+INLINE void prefetch_row(global const storage* p, int elements) {
+    const int line = 64 / sizeof(storage);
+    for (int i = 0; i < elements; i += line) PREFETCH(p + i);
+}
+
+// The samples of a row, and of the columns before and after.
+INLINE void load_samples(global const storage* color, int row, int elements[3][LANES], float16 samples[3][3]) {
+    global const storage* p = color + AT(COLOR, 0, clamp(row, 0, COLOR_HEIGHT - 1), 0);
+#pragma unroll
+    for (int i = 0; i < 3; ++i) {
+        float16 lanes[4];
+        load_lanes(p, elements[i], lanes);
+#pragma unroll
+        for (int c = 0; c < 3; ++c) samples[i][c] = lanes[c];
+    }
+}
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(global const storage* color,
                                                                                global const storage* past,
@@ -168,14 +190,15 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(g
     const int first = LANES * get_global_id(0), first_row = ROWS * get_global_id(1);
     const int begin = first_pixel(first, SHIFT_X, COLOR_WIDTH, OUT_WIDTH);
     const int end = first_pixel(first + LANES, SHIFT_X, COLOR_WIDTH, OUT_WIDTH);
-    // Of each sample: its first pixel, how many it has, and where they are from it.
-    int start[LANES], count[LANES], around[3][LANES];
+    // Of each sample: its first pixel, how many it has, and where they are from it; and its elements.
+    int start[LANES], count[LANES], around[3][LANES], predicted[LANES];
     float offset[PHASES][LANES];
     for (int i = 0; i < LANES; ++i) {
         start[i] = min(begin, OUT_WIDTH - 1);
         count[i] = 0;
         for (int phase = 0; phase < PHASES; ++phase) offset[phase][i] = 0;
-        for (int j = 0; j < 3; ++j) around[j][i] = clamp(first + i + j - 1, 0, COLOR_WIDTH - 1);
+        for (int j = 0; j < 3; ++j) around[j][i] = COLOR_STRIDE * clamp(first + i + j - 1, 0, COLOR_WIDTH - 1);
+        predicted[i] = PARAMETERS_STRIDE * min(first + i, COLOR_WIDTH - 1);
     }
     for (int x = begin; x < end; ++x) {
         const Nearest u = nearest_sample(x, SHIFT_X, COLOR_WIDTH);
@@ -185,35 +208,41 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(g
         ++count[i];
     }
     int y = first_pixel(first_row, SHIFT_Y, COLOR_HEIGHT, OUT_HEIGHT);
+    float16 samples[9][3];
+    load_samples(color, first_row - 1, around, samples + 3);
+    load_samples(color, first_row, around, samples + 6);
     for (int row = first_row; row < min(first_row + ROWS, COLOR_HEIGHT); ++row) {
+#pragma unroll
+        for (int i = 0; i < 6; ++i)
+#pragma unroll
+            for (int c = 0; c < 3; ++c) samples[i][c] = samples[i + 3][c];
+        load_samples(color, row + 1, around, samples + 6);
         const int end_y = first_pixel(row + 1, SHIFT_Y, COLOR_HEIGHT, OUT_HEIGHT);
         if (y == end_y) continue;
-        float16 p[20], samples[9][3], low[3], high[3];
+        prefetch_row(color + AT(COLOR, first, min(row + 2, COLOR_HEIGHT - 1), 0), LANES * COLOR_STRIDE);
+        prefetch_row(parameters + AT(PARAMETERS, first, min(row + 1, COLOR_HEIGHT - 1), 0), LANES * PARAMETERS_STRIDE);
+        float16 p[20], low[3], high[3];
 #pragma unroll
-        for (int c = 0; c < 20; c += 4) LOAD_LANES(PARAMETERS, parameters, around[1], row, c, (p + c));
+        for (int c = 0; c < 20; c += 4) load_lanes(parameters + AT(PARAMETERS, 0, row, c), predicted, p + c);
         prepare_float16(p);
-#pragma unroll
-        for (int i = 0; i < 9; ++i) {
-            float16 lanes[4];
-            LOAD_LANES(COLOR, color, around[i % 3], clamp(row + i / 3 - 1, 0, COLOR_HEIGHT - 1), 0, lanes);
-            for (int c = 0; c < 3; ++c) samples[i][c] = lanes[c];
-        }
         extremes_float16(samples, low, high);
         for (; y < end_y; ++y) {
+            prefetch_row(past + AT(PAST, begin, min(y + 1, OUT_HEIGHT - 1), 0), LANES * PHASES * PAST_STRIDE);
             const float16 down = nearest_sample(y, SHIFT_Y, COLOR_HEIGHT).offset;
             for (int phase = 0; phase < PHASES; ++phase) {
-                int place[LANES];
-                for (int i = 0; i < LANES; ++i) place[i] = min(start[i] + phase, OUT_WIDTH - 1);
+                int elements[LANES];
+                for (int i = 0; i < LANES; ++i) elements[i] = PAST_STRIDE * min(start[i] + phase, OUT_WIDTH - 1);
                 float16 before[4], result[4];
-                LOAD_LANES(PAST, past, place, y, 0, before);
+                load_lanes(past + AT(PAST, 0, y, 0), elements, before);
                 composed_float16(p, samples, low, high, vload16(0, offset[phase]), down, before, result);
                 transpose(result);
                 float pixels[4 * LANES];
 #pragma unroll
                 for (int i = 0; i < 4; ++i) vstore16(result[i], i, pixels);
+                global storage* made = out + AT(OUT, phase, y, 0);
 #pragma unroll
                 for (int i = 0; i < LANES; ++i)
-                    if (phase < count[i]) STORE_CHANNELS(OUT, vload4(i % 4 * 4 + i / 4, pixels), out, place[i], y, 0);
+                    if (phase < count[i]) STORE4(vload4(i % 4 * 4 + i / 4, pixels), made, OUT_STRIDE * start[i]);
             }
             // At the image's border, samples may have more pixels.
             for (int i = 0; i < LANES; ++i)

@@ -73,3 +73,95 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply(gl
         STORE_CHANNELS(OUT, warped(image, color, frame, x, y, motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]),
                        out, x, y, 0);
 }
+
+// For devices that make vectors of what a work-item says is one: weights of sixteen pixels at once, so that for each of
+// them only its taps are left. Wants a history whose pixels are four elements one after another.
+#ifdef PIXELS
+#define LANES 16
+#define WEIGHTS 12  // four along each axis, and four of the bilinear filter
+
+#define LESSER(a, b) ((a) < (b) ? (a) : (b))
+#define GREATER(a, b) ((a) > (b) ? (a) : (b))
+
+// floor(v), where it fits an int.
+INLINE int16 whole_parts(float16 v) {
+    const int16 toward_zero = convert_int16(v);
+    return toward_zero + (v < convert_float16(toward_zero));  // a comparison that holds is -1
+}
+
+// keys() of sixteen pixels.
+INLINE void keys_lanes(float16 t, float16* weights) {
+    weights[0] = ((-0.5f * t + 1) * t - 0.5f) * t;
+    weights[1] = (1.5f * t - 2.5f) * t * t + 1;
+    weights[2] = ((-1.5f * t + 2) * t + 0.5f) * t;
+    weights[3] = (0.5f * t - 0.5f) * t * t;
+}
+
+INLINE int16 are_finite(float16 v) { return (as_int16(v) & 0x7f800000) != 0x7f800000; }
+
+// The pixel whose taps' first row and column begin at p, by weights that are LANES apart.
+INLINE float4 filtered_inside(global const storage* p, const float* weights) {
+#define WEIGHT(i) weights[(i)*LANES]
+#define TAP(x, y) LOAD4(p, (y)*IMAGE_ROW + 4 * (x))
+    const float4 above = WEIGHT(1) * TAP(1, 0) + WEIGHT(2) * TAP(2, 0);
+    const float4 upper = WEIGHT(0) * TAP(0, 1) + WEIGHT(1) * TAP(1, 1) + WEIGHT(2) * TAP(2, 1) + WEIGHT(3) * TAP(3, 1);
+    const float4 lower = WEIGHT(0) * TAP(0, 2) + WEIGHT(1) * TAP(1, 2) + WEIGHT(2) * TAP(2, 2) + WEIGHT(3) * TAP(3, 2);
+    const float4 below = WEIGHT(1) * TAP(1, 3) + WEIGHT(2) * TAP(2, 3);
+    const float4 sum = WEIGHT(4) * above + WEIGHT(5) * upper + WEIGHT(6) * lower + WEIGHT(7) * below;
+#undef TAP
+#define TAP(x, y) LOAD(p, (y)*IMAGE_ROW + 4 * (x) + 3)
+    const float weight =
+        WEIGHT(8) * TAP(1, 1) + WEIGHT(9) * TAP(2, 1) + WEIGHT(10) * TAP(1, 2) + WEIGHT(11) * TAP(2, 2);
+#undef TAP
+#undef WEIGHT
+    const float4 raised = GREATER(sum, (float4)(0));
+    return (float4)(LESSER(raised, (float4)(1)).xyz, weight);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply_lanes(global const storage* image,
+                                                                                    global const float* motion,
+                                                                                    global const storage* color,
+                                                                                    global storage* out, Frame frame) {
+    const int y = get_global_id(1), first = PIXELS * get_global_id(0), end = min(first + PIXELS, OUT_WIDTH);
+    const int16 lane = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    for (int x = first; x < end; x += LANES) {
+        float motion_x[LANES], motion_y[LANES], weights[WEIGHTS * LANES];
+        int elements[LANES], inside[LANES];
+        for (int i = 0; i < LANES; ++i) {
+            motion_x[i] = motion[AT(MOTION, min(x + i, OUT_WIDTH - 1), y, 0)];
+            motion_y[i] = motion[AT(MOTION, min(x + i, OUT_WIDTH - 1), y, 1)];
+        }
+        const float16 dx = vload16(0, motion_x), dy = vload16(0, motion_y);
+        // Beyond twice the image nothing changes, and what is not finite is not inside.
+        const float16 held_x = GREATER(dx, (float16)(-2.0f * IMAGE_WIDTH)),
+                      held_y = GREATER(dy, (float16)(-2.0f * IMAGE_HEIGHT));
+        const float16 near_x = LESSER(held_x, (float16)(2.0f * IMAGE_WIDTH)),
+                      near_y = LESSER(held_y, (float16)(2.0f * IMAGE_HEIGHT));
+        const int16 whole_x = whole_parts(near_x), whole_y = whole_parts(near_y);
+        const int16 column = whole_x + x + lane, row = whole_y + y;
+        const int16 has_taps = column >= 1 & column < IMAGE_WIDTH - 2 & row >= 1 & row < IMAGE_HEIGHT - 2;
+        vstore16(has_taps & are_finite(dx) & are_finite(dy) & (frame.reset ? 0 : -1), 0, inside);
+        vstore16((row - 1) * IMAGE_ROW + (column - 1) * IMAGE_STRIDE, 0, elements);
+        const float16 s = near_x - convert_float16(whole_x), t = near_y - convert_float16(whole_y);
+        float16 along_x[4], along_y[4];
+        keys_lanes(s, along_x);
+        keys_lanes(t, along_y);
+        // All sixteen weights of colour add up to 1, and the twelve that there are to be made to.
+        const float16 share = 1 / (1 - (along_x[0] + along_x[3]) * (along_y[0] + along_y[3]));
+#pragma unroll
+        for (int i = 0; i < 4; ++i) {
+            vstore16(along_x[i], i, weights);
+            vstore16(share * along_y[i], 4 + i, weights);
+        }
+        vstore16((1 - s) * (1 - t), 8, weights);
+        vstore16(s * (1 - t), 9, weights);
+        vstore16((1 - s) * t, 10, weights);
+        vstore16(s * t, 11, weights);
+        for (int i = 0; i < min(LANES, end - x); ++i) {
+            const float4 pixel = inside[i] ? filtered_inside(image + AT(IMAGE, 0, 0, 0) + elements[i], weights + i)
+                                           : warped(image, color, frame, x + i, y, motion_x[i], motion_y[i]);
+            STORE_CHANNELS(OUT, pixel, out, x + i, y, 0);
+        }
+    }
+}
+#endif

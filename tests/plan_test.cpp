@@ -46,6 +46,27 @@ TEST_SUITE("small") {
                           element(plan.layouts[joined], 3 + 4 * c + 2 * (y % 2) + x % 2, y / 2, x / 2));
     }
 
+    TEST_CASE("previous depth is written where it was filled, and stays float as motion does") {
+        Graph graph;
+        const Value depth = graph.input(Resource::depth, {5, 3}), motion = graph.input(Resource::motion, {5, 3});
+        const Value previous = graph.previous_depth(motion, depth);
+        const Value checked = graph.checked_motion(motion, depth, previous);
+        const Value moved = graph.reproject(checked, depth, 1.5, {8, 5});
+        const Value valid = graph.validity(checked);
+        graph.output = graph.concat({valid, valid, valid});
+        graph.views["motion"] = moved;
+        const LayoutPlan plan = lay_out(graph, Storage::f16);
+        const auto find = [&](const char* name) {
+            for (Value value = 0; value < static_cast<Value>(plan.graph.nodes.size()); ++value)
+                if (plan.graph.nodes[value].name == name) return plan.layouts[value];
+            return TensorLayout();
+        };
+        CHECK(find("previous depth") == find("previous depth: fill"));
+        for (const char* name : {"previous depth", "checked motion", "reproject"})
+            CHECK(find(name).storage == Storage::f32);
+        CHECK(find("validity").storage == Storage::f16);
+    }
+
     TEST_CASE("what cannot be written in place is copied") {
         Graph graph;
         const Value color = graph.input(Resource::color, {4, 4});

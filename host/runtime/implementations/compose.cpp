@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "runtime/implementations/lowering.h"
@@ -32,7 +33,11 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 
 // --- lanes: sixteen samples' pixels as one vector
 
-int prefer_lanes(const Problem&, const DeviceProfile& profile) { return wants_many_work_items(profile) ? 0 : 2; }
+int prefer_lanes(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = problem.output.block == 1 && std::all_of(problem.inputs.begin(), problem.inputs.end(),
+                                                               [](const TensorLayout& in) { return in.block == 1; });
+    return fits && !wants_many_work_items(profile) ? 2 : 0;
+}
 
 Lowered lower_lanes(const Problem& problem, const Choices& choices) {
     Lowered lowered = lower_plain(problem, choices);

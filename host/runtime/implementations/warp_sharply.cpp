@@ -23,10 +23,30 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+// --- lanes: the weights of sixteen pixels as vectors
+
+int prefer_lanes(const Problem& problem, const DeviceProfile& profile) {
+    return has_quads(problem.inputs[0]) && !wants_many_work_items(profile) ? 2 : 0;
+}
+
+Lowered lower_lanes(const Problem& problem, const Choices& choices) {
+    constexpr int kPixels = 64;
+    Lowered lowered = lower_plain(problem, choices);
+    lowered.call.entry = "warp_sharply_lanes";
+    lowered.call.options += fmt::format(" -DPIXELS={}", kPixels);
+    lowered.call.global = strips(problem.output, kPixels, 1);
+    return lowered;
+}
+
+std::vector<Choices> lanes_choices(const Problem&, const DeviceProfile&) {
+    return {{{"WG_X", 1}, {"WG_Y", 1}, {"STRIP", 1}}};
+}
+
 }  // namespace
 
 std::span<const Implementation> warp_sharply_implementations() {
-    static const Implementation implementations[] = {{"warp sharply", obvious, strip_choices, lower_plain}};
+    static const Implementation implementations[] = {{"warp lanes", prefer_lanes, lanes_choices, lower_lanes},
+                                                     {"warp sharply", obvious, strip_choices, lower_plain}};
     return implementations;
 }
 
