@@ -15,8 +15,8 @@ value a frame of whatever needs no history; and `step(frame, state, ahead, insid
 [N, 3, H, W] and the new state.
 """
 
-from . import enss, espcn, mnss, nsrr, srpo, stack
+from . import enss, espcn, mnss, nsrr, nss, srpo, stack
 
-PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "srpo": srpo, "espcn": espcn}
+PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "nss": nss, "srpo": srpo, "espcn": espcn}
 ABLATIONS = {name: module.ABLATIONS for name, module in PIPELINES.items() if hasattr(module, "ABLATIONS")}
 FILES = {**PIPELINES, "stack": stack}
