@@ -18,8 +18,11 @@ struct PipelineOptions {
 struct Pipeline {
     std::string_view name;  // the model's `pipeline`
     int smallest_scale, largest_scale;
-    /// Errors: file, naming the tensor or key that does not fit.
-    graph::Graph (*build)(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+    /// `scale` is whole unless `any_scale`. Errors: file, naming the tensor or key that does not fit.
+    graph::Graph (*build)(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
+    bool any_scale = false;
+    /// A tensor by which a file that others published without metadata is known; empty where there is none.
+    std::string_view mark = {};
 };
 
 std::span<const Pipeline> pipelines();
@@ -42,6 +45,7 @@ std::span<const FilterPipeline> filters();
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_nss(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nearest(const FilterSettings& settings);

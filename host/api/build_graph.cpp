@@ -44,7 +44,7 @@ graph::Graph build_graph(const Model& model, Size render, Size output, const Ups
         if (filter.name == model.pipeline()) return filter.build(settings);
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
         if (pipeline.name == model.pipeline())
-            return pipeline.build(*model.tensors(), static_cast<int>(model.scale()), render, {options.previous_frames});
+            return pipeline.build(*model.tensors(), model.scale(), render, {options.previous_frames});
     throw std::logic_error("a model was loaded for a pipeline that is not there");
 }
 

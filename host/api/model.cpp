@@ -62,22 +62,42 @@ struct Model::State {
     std::map<std::string, std::string> metadata;
 };
 
-Model Model::load(const std::string& path) {
+namespace {
+
+/// The pipeline that a file is for: its metadata say so, or a tensor that only one pipeline's files have.
+const pipelines::Pipeline& pipeline_of(const io::Safetensors& tensors) {
+    if (!tensors.metadata().contains("pipeline"))
+        for (const pipelines::Pipeline& known : pipelines::pipelines())
+            if (!known.mark.empty() && tensors.has(std::string(known.mark))) return known;
+    const std::string& name = tensors.require_metadata("pipeline");
+    if (const pipelines::Pipeline* found = find_named(pipelines::pipelines(), name)) return *found;
+    std::vector<std::string> names;
+    for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
+    fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", tensors.path().string(), name, joined(names));
+}
+
+double scale_of(const io::Safetensors& tensors, const pipelines::Pipeline& pipeline, double unless_said) {
+    if (!pipeline.any_scale) return tensors.require_integer("scale", pipeline.smallest_scale, pipeline.largest_scale);
+    if (tensors.metadata().contains("scale"))
+        return tensors.require_number("scale", pipeline.smallest_scale, pipeline.largest_scale);
+    if (!(unless_said >= pipeline.smallest_scale && unless_said <= pipeline.largest_scale))
+        fail(ErrorKind::invalid_argument, "scale {}: {} upscales by {} to {}", unless_said, tensors.path().string(),
+             pipeline.smallest_scale, pipeline.largest_scale);
+    return unless_said;
+}
+
+}  // namespace
+
+Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
     state->tensors = io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
-    state->pipeline = state->tensors->require_metadata("pipeline");
-    const pipelines::Pipeline* pipeline = find_named(pipelines::pipelines(), state->pipeline);
-    if (!pipeline) {
-        std::vector<std::string> names;
-        for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
-        fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", path, state->pipeline, joined(names));
-    }
-    const int scale = state->tensors->require_integer("scale", pipeline->smallest_scale, pipeline->largest_scale);
-    state->scale = scale;
+    const pipelines::Pipeline& pipeline = pipeline_of(*state->tensors);
+    state->pipeline = pipeline.name;
+    state->scale = scale_of(*state->tensors, pipeline, scale);
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
-    pipeline->build(*state->tensors, scale, {8, 8}, {});
+    pipeline.build(*state->tensors, state->scale, {8, 8}, {});
     return Model(std::move(state));
 }
 
@@ -95,9 +115,9 @@ Model Model::filter(const std::string& name, double scale) {
 Model Model::find(const std::string& name_or_path, double scale) {
     if (find_named(pipelines::filters(), name_or_path)) return filter(name_or_path, scale);
     const bool is_path = name_or_path.find('/') != std::string::npos || fs::path(name_or_path).has_extension();
-    if (is_path) return load(name_or_path);
+    if (is_path) return load(name_or_path, scale);
     for (const fs::path& file : shipped_models())
-        if (file.stem() == name_or_path) return load(file.string());
+        if (file.stem() == name_or_path) return load(file.string(), scale);
     fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors file",
          name_or_path, joined(names()));
 }

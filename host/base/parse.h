@@ -17,6 +17,9 @@ std::optional<Integer> parse_whole(std::string_view text) {
     return value;
 }
 
+/// The same for a real number; "inf" and "nan" are some.
+inline std::optional<double> parse_number(std::string_view text) { return parse_whole<double>(text); }
+
 /// "WIDTHxHEIGHT", both from 1.
 inline std::optional<Size> parse_size(std::string_view text) {
     const size_t cross = text.find('x');

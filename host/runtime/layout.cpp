@@ -44,7 +44,8 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
     const bool is_motion =
-        is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) || is<graph::UpsampleMotion>(node);
+        is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) || is<graph::UpsampleMotion>(node) ||
+        is<graph::NssFar>(node) || is<graph::NssScatter>(node) || is<graph::NssGuide>(node);
     return is_motion ? Storage::f32 : images;
 }
 
@@ -122,7 +123,7 @@ class Placer {
             blocks.channels = shape.channels;
             blocks.block = space_to_depth->scale;
             if (home.block != 1 || !try_place(node.inputs[0], blocks)) return Conflict{value, 0};
-        } else if (is<graph::Place>(node)) {
+        } else if (is<graph::Place>(node) || is<graph::NssScatter>(node)) {
             if (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], home)) return Conflict{value, 0};
         }
         return std::nullopt;

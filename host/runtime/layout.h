@@ -51,7 +51,7 @@ struct LayoutPlan {
     std::vector<Memory> memories;
 };
 
-/// `storage` holds for images and features; motion vectors and dilated motion stay in f32. The output and views are
+/// `storage` holds for images and features; depth, motion vectors and what is made of them alone stay in f32. The output and views are
 /// stored whole: none may show a zero-upsampled image.
 LayoutPlan lay_out(const graph::Graph& graph, Storage storage);
 

@@ -15,14 +15,16 @@ class Safetensors;
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
 class Model {
   public:
-    /// A `.safetensors` file (formats.md, "A model"). Errors: file, naming the tensor or key and what was expected.
-    static Model load(const std::string& path);
+    /// A `.safetensors` file (formats.md, "A model"). `scale` is for files that serve any and do not say one, as Arm
+    /// publishes NSS (docs/nss.md). Errors: file, naming the tensor or key and what was expected; invalid_argument
+    /// where that scale is none of the model's.
+    static Model load(const std::string& path, double scale = 2);
 
     /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau". `scale` is any real
     /// number from 1; output sides end at 2^15 pixels.
     static Model filter(const std::string& name, double scale);
 
-    /// A shipped model's or a filter's name, or a path. `scale` is used by filters alone.
+    /// A shipped model's or a filter's name, or a path. `scale` is used by filters, and as in load().
     static Model find(const std::string& name_or_path, double scale = 2);
 
     /// Names that `find` knows: shipped models, then filters. Shipped models are looked for in $CLARUS_MODEL_PATH

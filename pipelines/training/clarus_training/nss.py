@@ -97,10 +97,12 @@ class Nss(nn.Module):
         state = state or empty_state(color, size)
         seen, derivative, guide = preprocess(color, frame.depth, motion, frame.jitter, *state)
         kernels, temporal = (each.to(color.dtype) for each in self.autoencoder(seen))
-        result = postprocess(color, state[0], kernels, temporal, guide.motion, frame.jitter, size)
+        output, found = postprocess(color, state[0], kernels, temporal, guide.motion, frame.jitter, size)
         if inside is not None:
-            inside.update(result, disocclusion=guide.disocclusion, instability=seen[:, 11:], temporal=temporal)
-        return display(result["output"], self.white), (result["output"], temporal, derivative)
+            height, width = color.shape[-2:]
+            instability = seen[:, 11:, :height, :width]
+            inside.update(found, disocclusion=guide.disocclusion, instability=instability, temporal=temporal)
+        return display(output, self.white), (output, temporal, derivative)
 
 
 def radiance(color, white):
@@ -422,7 +424,7 @@ def under(low, high):
 
 
 def postprocess(color, history, kernels, temporal, motion, jitter, size):
-    """The frame's `output` as radiance, and `filtered`, `theta` and `motion`, which training looks at."""
+    """The frame's output as radiance, and what training looks at: `filtered`, `theta`, `hr_motion` to the previous frame."""
     batch, _, height, width = color.shape
     taps = kernel_taps((height, width), size, jitter, color.device)
     mean, mean_square, shown = moments(color, kernels, taps)
@@ -451,7 +453,7 @@ def postprocess(color, history, kernels, temporal, motion, jitter, size):
     rectified = torch.lerp(clamped, warped, theta * onscreen[:, None])
     alpha = alpha * taps[4]
     accumulated = torch.lerp(karis(torch.where(valid, rectified, mean)), karis(shown), alpha * valid)
-    return dict(output=karis_inverse(accumulated), filtered=mean, theta=theta, motion=-motion)
+    return karis_inverse(accumulated), dict(filtered=mean, theta=theta, hr_motion=-motion)
 
 
 def shape(arguments):
@@ -489,7 +491,7 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
         if t == 0:
             total = total + (0.5 if len(frames) > 1 else 1.0) * error
         else:
-            motion = inside["motion"]
+            motion = inside["hr_motion"]
             before, wanted = (
                 operators.warp(image, motion, "zero", 0.0) for image in (outputs[-1], reference[t - 1])
             )
