@@ -46,8 +46,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void scatter_depth(g
     const float2 vector = -(float2)(motion[AT(MOTION, column, row, 0)], motion[AT(MOTION, column, row, 1)]);
     if (!is_valid(vector)) return;
     const float2 share = (float2)((float)OUT_WIDTH / DEPTH_WIDTH, (float)OUT_HEIGHT / DEPTH_HEIGHT);
-    const float2 from = (float2)(x, y) - still(vector * share);
-    const float2 p = (float2)(within_reach(from.x, OUT_WIDTH), within_reach(from.y, OUT_HEIGHT));
+    const float2 p = (float2)(x, y) - still(vector * share);
 #define TAKE(column, row, weight) \
     if ((weight) > 0.1f && INSIDE(OUT, column, row)) atomic_min(out + AT(OUT, column, row, 0), as_int(nearest))
     VISIT_CORNERS(p, TAKE);
@@ -80,8 +79,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void guide(global co
     float mask = 1;
     if (valid) {
         const float2 share = (float2)((float)BEFORE_WIDTH / DEPTH_WIDTH, (float)BEFORE_HEIGHT / DEPTH_HEIGHT);
-        const float2 from = (float2)(x / 2, y / 2) - still(vector) * share;
-        const float2 p = (float2)(within_reach(from.x, BEFORE_WIDTH), within_reach(from.y, BEFORE_HEIGHT));
+        const float2 p = (float2)(x / 2, y / 2) - still(vector) * share;
         float kept = 0, weights = 0;
 #define COUNT(column, row, weight)                                                          \
     do {                                                                                    \

@@ -34,8 +34,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void flicker(global 
     float4 before = 0;
     if (is_valid(vector)) {
         const float2 u = still(vector);
-        const Taps tx = zero_taps(within_reach(x - u.x, COLOR_WIDTH), COLOR_WIDTH);
-        const Taps ty = zero_taps(within_reach(y - u.y, COLOR_HEIGHT), COLOR_HEIGHT);
+        const Taps tx = zero_taps(x - u.x, COLOR_WIDTH), ty = zero_taps(y - u.y, COLOR_HEIGHT);
         before = BILINEAR(DERIVATIVE, derivative, tx, ty, 0);
     }
     const float3 here = compared(color, x, y);
@@ -76,13 +75,12 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void network_input(
 
     float4 warped = 0, fed_back = 0;
     if (valid) {
-        const float from_x = within_reach(i + 0.5f - u.x, COLOR_WIDTH) * ((float)HISTORY_WIDTH / COLOR_WIDTH) - 0.5f;
-        const float from_y = within_reach(j + 0.5f - u.y, COLOR_HEIGHT) * ((float)HISTORY_HEIGHT / COLOR_HEIGHT) - 0.5f;
+        const float from_x = (i + 0.5f - u.x) * ((float)HISTORY_WIDTH / COLOR_WIDTH) - 0.5f;
+        const float from_y = (j + 0.5f - u.y) * ((float)HISTORY_HEIGHT / COLOR_HEIGHT) - 0.5f;
         const Taps tx = zero_taps(from_x, HISTORY_WIDTH), ty = zero_taps(from_y, HISTORY_HEIGHT);
         warped = karis(BILINEAR(HISTORY, history, tx, ty, 0));
         if (guide[AT(GUIDE, i, j, 2)] <= DISOCCLUDED) {
-            const Taps px = zero_taps(within_reach(x - u.x, OUT_WIDTH), OUT_WIDTH);
-            const Taps py = zero_taps(within_reach(y - u.y, OUT_HEIGHT), OUT_HEIGHT);
+            const Taps px = zero_taps(x - u.x, OUT_WIDTH), py = zero_taps(y - u.y, OUT_HEIGHT);
             fed_back = BILINEAR(TEMPORAL, temporal, px, py, 0);
         }
     }

@@ -121,7 +121,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
     float4 toned = karis(mean);
     if (is_valid(vector)) {
         const float2 moved = still(vector * (float2)(SCALE_X, SCALE_Y));
-        const float from_x = within_reach(x - moved.x, OUT_WIDTH), from_y = within_reach(y - moved.y, OUT_HEIGHT);
+        const float from_x = x - moved.x, from_y = y - moved.y;
         const bool onscreen =
             from_x >= -0.5f && from_x <= OUT_WIDTH - 0.5f && from_y >= -0.5f && from_y <= OUT_HEIGHT - 0.5f;
         const float4 warped = min(filtered_history(history, from_x, from_y), 65504.0f);

@@ -228,7 +228,8 @@ Planes run_operator(const runtime::Problem& problem, const runtime::Implementati
     for (size_t i = 0; i < inputs.size(); ++i)
         bindings.inputs.push_back(upload(context, problem.inputs[i], &inputs[i]));
     // A result in place is written into its first input's memory.
-    const bool in_place = std::holds_alternative<graph::Place>(problem.node.op);
+    const bool in_place = std::holds_alternative<graph::Place>(problem.node.op) ||
+                          std::holds_alternative<graph::NssScatter>(problem.node.op);
     bindings.output = in_place ? bindings.inputs[0] : upload(context, problem.output);
     bindings.frame = frame;
     if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, parameter_set);

@@ -477,37 +477,43 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The gym's, of display values and without its perceptual term, whose weights are not part of this project.
-
-    The longer a clip has run, the more the error counts and the less what it changes by from frame to frame.
+    """The gym's, of display values and without its perceptual term, whose weights are not part of this project; or a
+    criterion of the outputs. To either a tenth of what the frames' own reconstructions are wrong by is added.
     """
-    criterion = criterion or F.l1_loss
-    outputs, filtered, total, state = [], 0, 0, None
-    for t, frame in enumerate(frames):
-        inside = {}
-        output, state = network.step(frame, state, inside=inside)
-        error = criterion(display(inside["filtered"], network.white), reference[t])
-        filtered = filtered + error / len(frames)
-        if t == 0:
-            total = total + (0.5 if len(frames) > 1 else 1.0) * error
-        else:
-            motion = inside["hr_motion"]
-            before, wanted = (
-                operators.warp(image, motion, "zero", 0.0) for image in (outputs[-1], reference[t - 1])
-            )
-            change = ((output - before) - (reference[t] - wanted)).abs()
-            share = 0.9 - 0.4 * (1 + math.cos(math.pi * t / (len(frames) - 1)))
-            temporal = torch.exp(4 * change).mean() - 1
-            total = total + (share * criterion(output, reference[t]) + (1 - share) * temporal) / (len(frames) - 1)
-            # What the reference keeps is to be kept, and history believed where something was seen before.
-            kept = torch.exp(-(reference[t] - before).abs() / 0.06).detach()
-            total = total + 0.7 * ((kept * (output - before)) ** 2 + 1e-6).sqrt().mean() / (len(frames) - 1)
-            known = (inside["disocclusion"] <= DISOCCLUDED).to(output.dtype)
-            theta = inside["temporal"][:, :1, : known.shape[2], : known.shape[3]]
-            believed = ((theta - 1) ** 2 * known).sum() / known.sum().clamp(min=1)
-            total = total + 0.02 * believed / (len(frames) - 1)
+    outputs, inside, state = [], [], None
+    for frame in frames:
+        inside.append({})
+        output, state = network.step(frame, state, inside=inside[-1])
         outputs.append(output)
-    return total + 0.1 * filtered
+    alone = [F.l1_loss(display(each["filtered"], network.white), r) for each, r in zip(inside, reference)]
+    if criterion is not None or len(frames) == 1:
+        total = (criterion or F.l1_loss)(torch.stack(outputs), reference)
+    else:
+        total = recurrent_loss(outputs, reference, inside) + 0.5 * alone[0]
+    return total + 0.1 * sum(alone) / len(frames)
+
+
+def recurrent_loss(outputs, reference, inside):
+    """The mean of the frames after the first.
+
+    The longer a clip has run, the more the error counts and the less what it changes by from frame to frame. What the
+    reference keeps is to be kept, and the history to be believed wherever something was seen before.
+    """
+    total, last = 0, len(outputs) - 1
+    for t in range(1, last + 1):
+        output, wanted = outputs[t], reference[t]
+        warped, wanted_warped = (
+            operators.warp(image, inside[t]["hr_motion"], "zero", 0.0) for image in (outputs[t - 1], reference[t - 1])
+        )
+        change = ((output - warped) - (wanted - wanted_warped)).abs()
+        share = 0.9 - 0.4 * (1 + math.cos(math.pi * t / last))
+        total = total + share * F.l1_loss(output, wanted) + (1 - share) * (torch.exp(4 * change).mean() - 1)
+        kept = torch.exp(-(wanted - warped).abs() / 0.06).detach()
+        total = total + 0.7 * ((kept * (output - warped)) ** 2 + 1e-6).sqrt().mean()
+        known = (inside[t]["disocclusion"] <= DISOCCLUDED).to(output.dtype)
+        believed = inside[t]["temporal"][:, :1, : known.shape[2], : known.shape[3]]
+        total = total + 0.02 * ((believed - 1) ** 2 * known).sum() / known.sum().clamp(min=1)
+    return total / last
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
