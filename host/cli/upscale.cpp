@@ -49,7 +49,10 @@ struct UpscaleOptions {
 
 bool is_filter(const Model& model) { return !model.tensors(); }
 
-// A network has its scale; a filter takes --scale, else what the sequence was rendered for.
+// So does a file that others published without a scale.
+bool takes_any_scale(const Model& model) { return is_filter(model) || !model.metadata().contains("scale"); }
+
+// A network has its scale; what takes any takes --scale, else what the sequence was rendered for.
 struct Input {
     Model model;
     io::Sequence sequence;
@@ -57,12 +60,12 @@ struct Input {
 
 Input read_input(const UpscaleOptions& options) {
     Model model = Model::find(options.model, options.scale.value_or(2));
-    if (!is_filter(model) && options.scale && *options.scale != model.scale())
+    if (!takes_any_scale(model) && options.scale && *options.scale != model.scale())
         fail(ErrorKind::invalid_argument, "model {} upscales by {}, not by --scale {}; only filters take any scale",
              model.name(), model.scale(), *options.scale);
 
     io::Sequence sequence = options.sequence.read(model.scale());
-    if (is_filter(model)) {
+    if (takes_any_scale(model)) {
         model = Model::find(options.model, options.scale.value_or(sequence.scale));
     } else if (model.scale() != sequence.scale) {
         fail(ErrorKind::invalid_argument,
@@ -197,7 +200,9 @@ void add_upscale_command(CLI::App& app) {
         .add_option("--device", options->device,
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
         ->type_name("SEL");
-    command.add_option("--scale", options->scale, "For filters: any scale from 1 in place of the sequence's")
+    command
+        .add_option("--scale", options->scale,
+                    "For filters, and files without a scale: any from 1 in place of the sequence's")
         ->type_name("S");
     command
         .add_option("--sharpness", options->sharpness,

@@ -1,7 +1,6 @@
-#include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -42,14 +41,36 @@ Parameters after_repetition(const Parameters& layer) {
     return result;
 }
 
+/// The layer of stride 2, as one of stride 1 of the image from space to depth by 2: convolutions of stride 1 are what
+/// there are fast kernels for.
+Parameters from_depth(const Parameters& layer) {
+    Parameters result{layer.out_channels, 4 * layer.in_channels};
+    result.biases = layer.biases;
+    result.weights.resize(result.weights_per_set());
+    for (int out = 0; out < layer.out_channels; ++out) {
+        for (int in = 0; in < layer.in_channels; ++in) {
+            const float* from = &layer.weights[static_cast<size_t>(out * layer.in_channels + in) * 9];
+            float* to = &result.weights[static_cast<size_t>(out * result.in_channels + 4 * in) * 9];
+            // Rows 2i - 1, 2i and 2i + 1 are the second of cell i - 1 and both of cell i.
+            for (int y = 0; y < 3; ++y)
+                for (int x = 0; x < 3; ++x)
+                    to[((y + 1) % 2 * 2 + (x + 1) % 2) * 9 + (y + 1) / 2 * 3 + (x + 1) / 2] = from[3 * y + x];
+        }
+    }
+    return result;
+}
+
 class Network {
   public:
     Network(Graph& graph, const io::Safetensors& model) : graph_(graph), model_(model) {}
 
-    Value layer(Value x, int index, int out, int stride = 1) {
-        Parameters weights = read("conv2d_" + std::to_string(index), out, graph_.shape(x).channels);
-        weights.stride = stride;
-        return graph_.convolution(x, std::move(weights), Activation::relu,
+    Value layer(Value x, int index, int out) {
+        return graph_.convolution(x, read("conv2d_" + std::to_string(index), out, graph_.shape(x).channels),
+                                  Activation::relu, "network: convolution " + std::to_string(index));
+    }
+    Value halving_layer(Value x, int index, int out) {
+        const Parameters weights = read("conv2d_" + std::to_string(index), out, graph_.shape(x).channels);
+        return graph_.convolution(graph_.space_to_depth(x, 2), from_depth(weights), Activation::relu,
                                   "network: convolution " + std::to_string(index));
     }
     Value repeated_layer(Value x, int index, int out) {
@@ -110,9 +131,9 @@ graph::Graph build_nss(const io::Safetensors& model, double scale, Size render, 
     const Value seen = graph.nss_input(radiance, guide, flicker, history, fed_back);
 
     Network network(graph, model);
-    const Value half = network.layer(network.layer(seen, 0, 32, 2), 1, 32);
-    const Value quarter = network.layer(network.layer(half, 2, 32, 2), 3, 32);
-    Value x = network.layer(network.layer(network.layer(quarter, 4, 64, 2), 5, 64), 6, 32);
+    const Value half = network.layer(network.halving_layer(seen, 0, 32), 1, 32);
+    const Value quarter = network.layer(network.halving_layer(half, 2, 32), 3, 32);
+    Value x = network.layer(network.layer(network.halving_layer(quarter, 4, 64), 5, 64), 6, 32);
     x = network.layer(graph.concat({network.repeated_layer(x, 7, 16), quarter}), 8, 32);
     const Value kernels = network.kernels(x);
     x = network.layer(graph.concat({network.repeated_layer(x, 9, 16), half}), 10, 16);
