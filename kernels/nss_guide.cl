@@ -89,7 +89,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void guide(global co
             const float then = before[AT(BEFORE, column, row, 0)], behind = nearest - then; \
             if (behind > 0) {                                                               \
                 const float near = TOLERANCE * nearest / behind;                            \
-                kept += (near < 1 ? pow(near, EXPONENT) : 1) * (weight);                    \
+                kept += (near < 1 ? exp2(EXPONENT * log2(near)) : 1) * (weight);            \
                 weights += (weight);                                                        \
             }                                                                               \
         }                                                                                   \

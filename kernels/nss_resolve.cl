@@ -2,7 +2,8 @@
 //
 // Options: COLOR_* (radiance), GUIDE_*, KERNELS_*, TEMPORAL_*, HISTORY_*, OUT_* (layouts), STORE_HALF; SAMPLES_X,
 // CELLS_X, SAMPLES_Y, CELLS_Y (so many samples lie in so many output pixels, in lowest terms), SCALE_X, SCALE_Y
-// (rounded), INVERSE_X, INVERSE_Y (of those, rounded), WEIGHED (samples that a kernel weighs at most).
+// (rounded), INVERSE_X, INVERSE_Y (of those, rounded), WEIGHED (samples that a kernel weighs at most); for
+// strips LANES.
 
 #include "nss.clh"
 
@@ -24,6 +25,30 @@ INLINE int sample_in(int cell, float jitter, int samples, int cells, float scale
     for (int i = max(first, 0); i <= min(first + 1, samples - 1); ++i)
         if (whole_part((i + jitter + 0.5f) * scale) == within) return period * samples + i;
     return NO_SAMPLE;
+}
+
+// A sample that an HR pixel weighs: its LR pixel, which may be beyond the image, and the kernel's channel.
+typedef struct {
+    int column, row, channel;
+} Tap;
+#define OWN_CHANNEL (-WINDOW_FIRST * WINDOW - WINDOW_FIRST)
+
+// Those of HR pixel (x, y), and how many.
+INLINE int select_taps(int x, int y, Frame frame, Tap* taps) {
+    int columns[WINDOW], rows[WINDOW];
+#pragma unroll
+    for (int i = 0; i < WINDOW; ++i) {
+        columns[i] = sample_in(x + WINDOW_FIRST + i, frame.jitter_x, SAMPLES_X, CELLS_X, SCALE_X);
+        rows[i] = sample_in(y + WINDOW_FIRST + i, frame.jitter_y, SAMPLES_Y, CELLS_Y, SCALE_Y);
+    }
+    int count = 0;
+    for (int i = 0; i < WINDOW * WINDOW && count < WEIGHED; ++i) {
+        const int column = columns[kTapColumns[i]], row = rows[kTapRows[i]];
+        if (column == NO_SAMPLE || row == NO_SAMPLE) continue;
+        const Tap tap = {column, row, kTapColumns[i] * WINDOW + kTapRows[i]};
+        taps[count++] = tap;
+    }
+    return count;
 }
 
 INLINE float4 load_color(global const storage* color, int x, int y) {
@@ -69,46 +94,11 @@ INLINE float4 filtered_history(global const storage* history, float from_x, floa
     return clamp(result, least, most);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
-    global const storage* color, global const float* guide, global const storage* kernels,
-    global const storage* temporal, global const storage* history, global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-
-    int columns[WINDOW], rows[WINDOW];
-#pragma unroll
-    for (int i = 0; i < WINDOW; ++i) {
-        columns[i] = sample_in(x + WINDOW_FIRST + i, frame.jitter_x, SAMPLES_X, CELLS_X, SCALE_X);
-        rows[i] = sample_in(y + WINDOW_FIRST + i, frame.jitter_y, SAMPLES_Y, CELLS_Y, SCALE_Y);
-    }
-    float4 mean = 0, square = 0, shown = 0;
-    float total = 0;
-    int weighed = 0;
-    bool shows = false;
-    for (int tap = 0; tap < WINDOW * WINDOW && weighed < WEIGHED; ++tap) {
-        const int u = columns[kTapColumns[tap]], v = rows[kTapRows[tap]];
-        if (u == NO_SAMPLE || v == NO_SAMPLE) continue;
-        const int i = clamp(u, 0, COLOR_WIDTH - 1), j = clamp(v, 0, COLOR_HEIGHT - 1);
-        const float4 sample = load_color(color, i, j);
-        const int channel = kTapColumns[tap] * WINDOW + kTapRows[tap];
-        const float weight = max(LOAD(kernels, AT(KERNELS, i / 4, j / 4, channel)), LEAST);
-        mean += weight * sample;
-        square += weight * sample * sample;
-        total += weight;
-        ++weighed;
-        if (tap == 0) {
-            shown = sample;
-            shows = true;
-        }
-    }
-    mean /= max(total, LEAST);
-    square /= max(total, LEAST);
-    if (weighed < WEIGHED) {
-        shown = load_color(color, (int)((2 * (long)x + 1) * COLOR_WIDTH / (2 * OUT_WIDTH)),
-                           (int)((2 * (long)y + 1) * COLOR_HEIGHT / (2 * OUT_HEIGHT)));
-        shows = true;
-    }
-
+// What is left to do of pixel (x, y) when its samples' mean and mean square are known; its taps are `shift` LR columns
+// to the right of those given.
+INLINE void finish(global const storage* color, global const float* guide, global const storage* temporal,
+                   global const storage* history, global storage* out, int x, int y, float4 mean, float4 square,
+                   const Tap* taps, int count, int shift) {
     const Taps tx = taps_at((x + 0.5f) * ((float)COLOR_WIDTH / OUT_WIDTH) - 0.5f, TEMPORAL_WIDTH);
     const Taps ty = taps_at((y + 0.5f) * ((float)COLOR_HEIGHT / OUT_HEIGHT) - 0.5f, TEMPORAL_HEIGHT);
     const float4 parameters = BILINEAR(TEMPORAL, temporal, tx, ty, 0);
@@ -127,9 +117,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
         const float4 warped = min(filtered_history(history, from_x, from_y), 65504.0f);
         const float4 spread = 2 * parameters.z * sqrt(max(fabs(square - mean * mean), LEAST));
         const float4 held = min(max(warped, mean - spread), mean + spread);
-        const float4 rectified = mix(held, warped, onscreen ? theta : 0.0f);
-        toned = karis(rectified);
-        if (shows) toned = mix(toned, karis(shown), alpha);
+        toned = karis(mix(held, warped, onscreen ? theta : 0.0f));
+        if (count < WEIGHED) {
+            const int column = (int)((2 * (long)x + 1) * COLOR_WIDTH / (2 * OUT_WIDTH)),
+                      row = (int)((2 * (long)y + 1) * COLOR_HEIGHT / (2 * OUT_HEIGHT));
+            toned = mix(toned, karis(load_color(color, column, row)), alpha);
+        } else if (taps[0].channel == OWN_CHANNEL) {
+            toned = mix(toned, karis(load_color(color, taps[0].column + shift, taps[0].row)), alpha);
+        }
     }
     toned = clamp(toned, 0.0f, BRIGHTEST);
     const float4 result = toned / (1 - max(toned.x, max(toned.y, toned.z)));
@@ -137,3 +132,60 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
     STORE(result.y, out, AT(OUT, x, y, 1));
     STORE(result.z, out, AT(OUT, x, y, 2));
 }
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
+    global const storage* color, global const float* guide, global const storage* kernels,
+    global const storage* temporal, global const storage* history, global storage* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    Tap taps[WEIGHED];
+    const int count = select_taps(x, y, frame, taps);
+    float4 mean = 0, square = 0;
+    float total = 0;
+    for (int tap = 0; tap < count; ++tap) {
+        const int i = clamp(taps[tap].column, 0, COLOR_WIDTH - 1), j = clamp(taps[tap].row, 0, COLOR_HEIGHT - 1);
+        const float4 sample = load_color(color, i, j);
+        const float weight = max(LOAD(kernels, AT(KERNELS, i / 4, j / 4, taps[tap].channel)), LEAST);
+        mean += weight * sample;
+        square += weight * sample * sample;
+        total += weight;
+    }
+    const float share = 1 / max(total, LEAST);
+    finish(color, guide, temporal, history, out, x, y, share * mean, share * square, taps, count, 0);
+}
+
+// For devices that make vectors of loops: a work-item makes LANES pixels of a row that lie a period apart, and so have
+// the same taps. Work-items: those of the periods' first pixels, then of their second ones, and so on, for every LANES
+// periods.
+#ifdef LANES
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve_strip(
+    global const storage* color, global const float* guide, global const storage* kernels,
+    global const storage* temporal, global const storage* history, global storage* out, Frame frame) {
+    const int item = get_global_id(0), y = get_global_id(1);
+    const int first = item / CELLS_X * (LANES * CELLS_X) + item % CELLS_X;
+    if (first >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    Tap taps[WEIGHED];
+    const int count = select_taps(first, y, frame, taps);
+    float mean[3][LANES] = {{0}}, square[3][LANES] = {{0}}, total[LANES] = {0};
+    for (int tap = 0; tap < count; ++tap) {
+        const int j = clamp(taps[tap].row, 0, COLOR_HEIGHT - 1);
+#pragma unroll
+        for (int lane = 0; lane < LANES; ++lane) {
+            const int i = clamp(taps[tap].column + lane * SAMPLES_X, 0, COLOR_WIDTH - 1);
+            const float weight = max(LOAD(kernels, AT(KERNELS, i / 4, j / 4, taps[tap].channel)), LEAST);
+            total[lane] += weight;
+            for (int c = 0; c < 3; ++c) {
+                const float sample = LOAD(color, AT(COLOR, i, j, c));
+                mean[c][lane] += weight * sample;
+                square[c][lane] += weight * sample * sample;
+            }
+        }
+    }
+    for (int lane = 0; lane < LANES && first + lane * CELLS_X < OUT_WIDTH; ++lane) {
+        const float share = 1 / max(total[lane], LEAST);
+        finish(color, guide, temporal, history, out, first + lane * CELLS_X, y,
+               share * (float4)(mean[0][lane], mean[1][lane], mean[2][lane], 0),
+               share * (float4)(square[0][lane], square[1][lane], square[2][lane], 0), taps, count, lane * SAMPLES_X);
+    }
+}
+#endif

@@ -514,6 +514,8 @@ TEST_CASE("NSS's reconstruction is what its definition says") {
     check_resolve({21, 13}, {42, 26}, Storage::f32, {0.34375f, -0.40625f});
     check_resolve({16, 8}, {24, 12}, Storage::f32, {-0.15625f, 0.46875f});
     check_resolve({11, 9}, {33, 27}, Storage::f32, {0.0f, 0.21875f});
+    check_resolve({34, 3}, {51, 5}, Storage::f32, {0.21875f, -0.09375f});
+    check_resolve({40, 3}, {120, 9}, Storage::f16, {-0.28125f, 0.15625f});
     check_resolve({17, 11}, {17, 11}, Storage::f32, {0.40625f, -0.03125f});
     check_resolve({13, 7}, {22, 12}, Storage::f16, {0.09375f, -0.34375f});
 }

@@ -116,6 +116,27 @@ Lowered lower_resolve(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+constexpr int kLanes = 16;
+
+int period_across(const Problem& problem) {
+    const int low = problem.inputs[0].width, high = problem.output.width;
+    return high / std::gcd(low, high);
+}
+
+int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
+    return !wants_many_work_items(profile) && period_across(problem) * kLanes <= problem.output.width ? 2 : 0;
+}
+
+Lowered lower_resolve_strips(const Problem& problem, const Choices& choices) {
+    Lowered lowered = lower_resolve(problem, choices);
+    lowered.call.entry = "resolve_strip";
+    lowered.call.options += fmt::format(" -DLANES={}", kLanes);
+    const int period = period_across(problem);
+    lowered.call.global = strips(problem.output, kLanes * period, 1);
+    lowered.call.global[0] *= period;
+    return lowered;
+}
+
 }  // namespace
 
 std::span<const Implementation> nss_far_implementations() {
@@ -144,7 +165,9 @@ std::span<const Implementation> nss_input_implementations() {
 }
 
 std::span<const Implementation> nss_resolve_implementations() {
-    static const Implementation implementations[] = {{"resolve", obvious, group_choices, lower_resolve}};
+    static const Implementation implementations[] = {
+        {"resolve strips", prefer_strips, single_choices, lower_resolve_strips},
+        {"resolve", obvious, group_choices, lower_resolve}};
     return implementations;
 }
 
