@@ -61,7 +61,8 @@ struct Input {
 Input read_input(const UpscaleOptions& options) {
     Model model = Model::find(options.model, options.scale.value_or(2));
     if (!takes_any_scale(model) && options.scale && *options.scale != model.scale())
-        fail(ErrorKind::invalid_argument, "model {} upscales by {}, not by --scale {}; only filters take any scale",
+        fail(ErrorKind::invalid_argument,
+             "model {} upscales by {}, not by --scale {}; only filters, and files without a scale, take any",
              model.name(), model.scale(), *options.scale);
 
     io::Sequence sequence = options.sequence.read(model.scale());

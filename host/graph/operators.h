@@ -158,8 +158,8 @@ inline constexpr int kNssDerivative = 4;
 /// have the result's size.
 struct NssInput {};
 inline constexpr int kNssInputs = 12, kNssTemporal = 4, kNssKernel = 36, kNssKernelBlock = 4, kNssPaddedTo = 8;
-/// NSS's reconstruction, as radiance. Inputs: radiance, guide, kernels (a pixel for each block of kNssKernelBlock squared
-/// padded pixels), temporal parameters, history, which has the result's size.
+/// NSS's reconstruction, as radiance. Inputs: radiance, guide, kernels (a pixel for each block of kNssKernelBlock
+/// squared padded pixels), temporal parameters, history, which has the result's size.
 struct NssResolve {};
 
 struct SpaceToDepth {
@@ -233,9 +233,9 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa,
-                 Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas,
+                              ForemostMotion, Accumulate, Dilate, Warp, MaxPool, Pick, Place, AveragePool, Sharpen,
+                              OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
+                              NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -32,9 +32,8 @@ def main():
     parser.add_argument("checkpoint", help=".pt or .safetensors")
     parser.add_argument("model", help="the .safetensors file to write")
     parser.add_argument("--scale", type=float, default=2.0, help="from 1 to 3")
-    parser.add_argument(
-        "--white", type=float, default=float("inf"), help="radiance of display white; inf: linear sequences, as published"
-    )
+    white = "radiance of display white; inf, as published: for linear sequences"
+    parser.add_argument("--white", type=float, default=float("inf"), help=white)
     arguments = parser.parse_args()
     if not 1 <= arguments.scale <= 3:
         parser.error("--scale is from 1 to 3")

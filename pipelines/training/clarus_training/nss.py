@@ -9,7 +9,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import operators
+from . import losses, operators
 from .model_file import rounding
 
 warnings.filterwarnings("ignore", message="scatter_reduce")  # beta in PyTorch 1.13
@@ -25,6 +25,7 @@ HALF_FOV = math.tan(math.radians(30))  # of the camera, vertically: frames do no
 PADDED_TO = 8
 WINDOW = range(-2, 4)  # HR pixels around one whose samples a kernel may weigh
 TAPS = 9  # of them that it does weigh
+PERCEPTUAL = 0.157  # the loss's weight of that term
 # Pixels around one of which the nearest to the viewer gives its motion, (row, column): the first of equals.
 AROUND = [(0, 0), (1, 0), (0, 1), (0, -1), (-1, 0), (-1, 1), (1, 1), (-1, -1), (1, -1), (-1, 2), (0, 2), (1, 2)]
 AROUND += [(2, 2), (2, 1), (2, 0), (2, -1)]
@@ -375,7 +376,8 @@ def moments(color, kernels, taps):
     place, channel, known, shown, _ = taps
     batch, _, _, width = color.shape
     coarse_height, coarse_width = kernels.shape[-2:]
-    row, column = (each.div(4, rounding_mode="floor") for each in (place.div(width, rounding_mode="floor"), place % width))
+    row = place.div(4 * width, rounding_mode="floor")
+    column = (place % width).div(4, rounding_mode="floor")
     chosen = ((channel * coarse_height + row) * coarse_width + column).flatten()
     weights = kernels.flatten(1)[:, chosen].view(batch, 1, *place.shape).clamp(min=LEAST) * known
     total = weights.sum(dim=2).clamp(min=LEAST)
@@ -418,13 +420,13 @@ def catmull_rom(image, y, x):
 
 
 def under(low, high):
-    """The LR pixel whose vector each HR pixel along an axis takes, in the single precision that decides at their edges."""
+    """The LR pixel whose vector each HR pixel along an axis takes, in single precision, which decides at their edges."""
     inverse = np.float32(1) / (np.float32(high) / np.float32(low))
     return np.minimum((np.arange(high, dtype=np.float32) * inverse).astype(np.int64), low - 1)
 
 
 def postprocess(color, history, kernels, temporal, motion, jitter, size):
-    """The frame's output as radiance, and what training looks at: `filtered`, `theta`, `hr_motion` to the previous frame."""
+    """The frame's output as radiance, and what training looks at: `filtered`, `theta`, `hr_motion` as Frame's motion."""
     batch, _, height, width = color.shape
     taps = kernel_taps((height, width), size, jitter, color.device)
     mean, mean_square, shown = moments(color, kernels, taps)
@@ -477,8 +479,8 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The gym's, of display values and without its perceptual term, whose weights are not part of this project; or a
-    criterion of the outputs. To either a tenth of what the frames' own reconstructions are wrong by is added.
+    """The gym's, of display values, with 1 − SSIM in place of its perceptual term, whose weights are not part of this
+    project; or a criterion of the outputs. To either is added a tenth of the error of the frames' own reconstructions.
     """
     outputs, inside, state = [], [], None
     for frame in frames:
@@ -507,7 +509,8 @@ def recurrent_loss(outputs, reference, inside):
         )
         change = ((output - warped) - (wanted - wanted_warped)).abs()
         share = 0.9 - 0.4 * (1 + math.cos(math.pi * t / last))
-        total = total + share * F.l1_loss(output, wanted) + (1 - share) * (torch.exp(4 * change).mean() - 1)
+        error = F.l1_loss(output, wanted) + PERCEPTUAL * losses.ssim(output, wanted)
+        total = total + share * error + (1 - share) * (torch.exp(4 * change).mean() - 1)
         kept = torch.exp(-(wanted - warped).abs() / 0.06).detach()
         total = total + 0.7 * ((kept * (output - warped)) ** 2 + 1e-6).sqrt().mean()
         known = (inside[t]["disocclusion"] <= DISOCCLUDED).to(output.dtype)
