@@ -12,8 +12,11 @@ graph::Graph at_whole_scale(const io::Safetensors& model, double scale, Size ren
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
-        {"clarus", 1.3, 4, build_clarus, true},       {"enss", 2, 4, at_whole_scale<build_enss>},
-        {"mnss", 2, 3, at_whole_scale<build_mnss>},   {"nsrr", 2, 6, at_whole_scale<build_nsrr>},
+        {"clarus", 1.3, 4, build_clarus, true},
+        {"enss", 2, 4, at_whole_scale<build_enss>},
+        {"mnss", 2, 3, at_whole_scale<build_mnss>},
+        {"nsrr", 2, 6, at_whole_scale<build_nsrr>},
+        {"nss", 1, 3, build_nss, true, "autoencoder.temporal_params_out_conv.conv2d.weight"},
         {"srpo", 1, 32, at_whole_scale<build_srpo>},  // it ends where its last layer has 2048 channels, 2s²
         {"stack", 1, 8, at_whole_scale<build_stack>},
     };

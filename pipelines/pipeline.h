@@ -20,7 +20,9 @@ struct Pipeline {
     double smallest_scale, largest_scale;
     /// At one of these scales. Errors: file, naming the tensor or key that does not fit.
     graph::Graph (*build)(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
-    bool any_scale = false;  // the model's `scale` is "any", and any real one of these will do; else it is a whole one
+    bool any_scale = false;  // the model's `scale` may be "any", and any real one of these will do; else it is whole
+    /// A tensor by which a file that others published without metadata is known; empty where there is none.
+    std::string_view mark = {};
 };
 
 std::span<const Pipeline> pipelines();
@@ -43,6 +45,7 @@ std::span<const FilterPipeline> filters();
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_nss(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_clarus(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);

@@ -212,6 +212,23 @@ TEST_CASE("a filter takes any scale") {
     CHECK(io::read_image_header(place.output() / "0000.png").size == Size{36, 24});
 }
 
+TEST_CASE("a network of any scale whose file says none takes the sequence's, or any") {
+    const TemporaryFolder folder;
+    const fs::path published = folder / "published.safetensors";
+    ModelFile file = ModelFile::read(CLARUS_GOLDEN_DIR "/nss_x2.model.safetensors");
+    file.header.erase("__metadata__");
+    file.write(published);
+    const Workplace place;
+    REQUIRE(place.upscale(published.string()).exit_code == 0);
+    CHECK(io::read_image_header(place.output() / "0000.png").size == output_size);
+    REQUIRE(place.upscale(published.string(), {"--scale", "1.5"}).exit_code == 0);
+    CHECK(io::read_image_header(place.output() / "0000.png").size == Size{36, 24});
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale(published.string(), {"--scale", "4"}), "upscales by 1 to 3");
+    check_refused(untouched, untouched.upscale(CLARUS_GOLDEN_DIR "/nss_x2.model.safetensors", {"--scale", "1.5"}),
+                  "not by --scale 1.5");
+}
+
 TEST_CASE("every filter is a model") {
     const Workplace place;
     for (const char* filter : {"nearest", "lanczos", "fsr1", "taau"}) {

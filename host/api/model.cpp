@@ -64,33 +64,50 @@ struct Model::State {
     std::map<std::string, std::string> metadata;
 };
 
+namespace {
+
+/// The pipeline that a file is for: its metadata say so, or a tensor that only one pipeline's files have.
+const pipelines::Pipeline& pipeline_of(const io::Safetensors& tensors) {
+    if (!tensors.metadata().contains("pipeline"))
+        for (const pipelines::Pipeline& known : pipelines::pipelines())
+            if (!known.mark.empty() && tensors.has(std::string(known.mark))) return known;
+    const std::string& name = tensors.require_metadata("pipeline");
+    if (const pipelines::Pipeline* found = find_named(pipelines::pipelines(), name)) return *found;
+    std::vector<std::string> names;
+    for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
+    fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", tensors.path().string(), name, joined(names));
+}
+
+/// A model's own scale, or the pipeline's range: of a file that says "any", or was published without metadata.
+ScaleRange scales_of(const io::Safetensors& tensors, const pipelines::Pipeline& pipeline) {
+    if (!pipeline.any_scale) {
+        const int scale = tensors.require_integer("scale", static_cast<int>(pipeline.smallest_scale),
+                                                  static_cast<int>(pipeline.largest_scale));
+        return {static_cast<double>(scale), static_cast<double>(scale)};
+    }
+    const bool is_published_without = !pipeline.mark.empty() && !tensors.metadata().contains("scale");
+    if (is_published_without || tensors.require_metadata("scale") == "any")
+        return {pipeline.smallest_scale, pipeline.largest_scale};
+    const double scale = tensors.require_number("scale", pipeline.smallest_scale, pipeline.largest_scale);
+    return {scale, scale};
+}
+
+}  // namespace
+
 Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
     state->tensors = io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
-    state->pipeline = state->tensors->require_metadata("pipeline");
-    const pipelines::Pipeline* pipeline = find_named(pipelines::pipelines(), state->pipeline);
-    if (!pipeline) {
-        std::vector<std::string> names;
-        for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
-        fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", path, state->pipeline, joined(names));
-    }
-    state->scales = {pipeline->smallest_scale, pipeline->largest_scale};
-    if (!pipeline->any_scale) {
-        scale = state->tensors->require_integer("scale", static_cast<int>(pipeline->smallest_scale),
-                                                static_cast<int>(pipeline->largest_scale));
-        state->scales = {scale, scale};
-    } else if (const std::string& text = state->tensors->require_metadata("scale"); text != "any") {
-        fail(ErrorKind::file, "{}: the metadata \"scale\" of pipeline {} must be \"any\", not \"{}\"", path,
-             state->pipeline, text);
-    }
-    if (!state->scales.contains(scale))
+    const pipelines::Pipeline& pipeline = pipeline_of(*state->tensors);
+    state->pipeline = pipeline.name;
+    state->scales = scales_of(*state->tensors, pipeline);
+    state->scale = state->scales.is_single() ? state->scales.smallest : scale;
+    if (!state->scales.contains(state->scale))
         fail(ErrorKind::invalid_argument, "{}: scale {}; this model's are from {} to {}", path, scale,
              state->scales.smallest, state->scales.largest);
-    state->scale = scale;
     state->metadata = state->tensors->metadata();
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
-    pipeline->build(*state->tensors, scale, {8, 8}, {});
+    pipeline.build(*state->tensors, state->scale, {8, 8}, {});
     return Model(std::move(state));
 }
 

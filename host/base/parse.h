@@ -17,6 +17,14 @@ std::optional<Integer> parse_whole(std::string_view text) {
     return value;
 }
 
+/// A real number that is all of the text, or "inf"; nothing where it is not.
+inline std::optional<double> parse_number(std::string_view text) {
+    double value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || value != value) return std::nullopt;
+    return value;
+}
+
 /// "WIDTHxHEIGHT", both from 1.
 inline std::optional<Size> parse_size(std::string_view text) {
     const size_t cross = text.find('x');

@@ -221,6 +221,49 @@ Value Graph::max_pool(Value image, std::string name) {
     return add(MaxPool{}, {image}, {in.channels, in.height / 2, in.width / 2}, std::move(name));
 }
 
+Value Graph::radiance(Value color, double white) {
+    expect(shape(color).channels == 3 && white >= 1, "colour has radiance");
+    return add(Radiance{white}, {color}, shape(color), "radiance");
+}
+
+Value Graph::display(Value radiance, double white) {
+    expect(shape(radiance).channels == 3 && white >= 1, "colour is shown");
+    return add(Display{white}, {radiance}, shape(radiance), "display");
+}
+
+Value Graph::nss_guide(Value depth, Value motion) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width}, "depth has the motion's size");
+    const Shape half{1, std::max(1, in.height / 2), std::max(1, in.width / 2)};
+    const Value far = add(NssFar{}, {depth}, half, "guide: farthest depth");
+    const Value before = add(NssScatter{}, {far, depth, motion}, half, "guide: depth in the previous frame");
+    return add(NssGuide{}, {depth, motion, before}, {3, in.height, in.width}, "guide");
+}
+
+Value Graph::nss_flicker(Value radiance, Value guide, Value derivative) {
+    const Shape in = shape(radiance);
+    expect(shape(guide) == in && in.channels == 3, "a guide for each pixel");
+    expect(shape(derivative) == Shape{kNssDerivative, in.height, in.width}, "derivative is what flicker made");
+    return add(NssFlicker{}, {radiance, guide, derivative}, {kNssDerivative + 1, in.height, in.width}, "flicker");
+}
+
+Value Graph::nss_input(Value radiance, Value guide, Value flicker, Value history, Value temporal) {
+    const Shape in = shape(radiance);
+    expect(shape(guide) == in && in.channels == 3 && shape(history).channels == 3, "a guide for each pixel");
+    expect(shape(flicker) == Shape{kNssDerivative + 1, in.height, in.width}, "flicker for each pixel");
+    const Shape padded{kNssInputs, round_up(in.height, kNssPaddedTo), round_up(in.width, kNssPaddedTo)};
+    expect(shape(temporal) == Shape{kNssTemporal, padded.height, padded.width}, "temporal parameters are padded");
+    return add(NssInput{}, {radiance, guide, flicker, history, temporal}, padded, "network input");
+}
+
+Value Graph::nss_resolve(Value radiance, Value guide, Value kernels, Value temporal, Value history) {
+    const Shape padded = shape(temporal);
+    expect(shape(guide) == shape(radiance) && shape(history).channels == 3, "a guide for each pixel");
+    expect(shape(kernels) == Shape{kNssKernel, padded.height / kNssKernelBlock, padded.width / kNssKernelBlock},
+           "a kernel for each block");
+    return add(NssResolve{}, {radiance, guide, kernels, temporal, history}, shape(history), "resolve");
+}
+
 Value Graph::space_to_depth(Value image, int scale) {
     const Shape in = shape(image);
     expect(in.height % scale == 0 && in.width % scale == 0, "space-to-depth divides the image");
@@ -381,7 +424,8 @@ bool is_view(const Operator& op) {
 }
 
 bool is_in_place(const Operator& op) {
-    return std::holds_alternative<Place>(op) || std::holds_alternative<PreviousDepth>(op);
+    return std::holds_alternative<Place>(op) || std::holds_alternative<PreviousDepth>(op) ||
+           std::holds_alternative<NssScatter>(op);
 }
 
 double operations(const Graph& graph, const Node& node) {
@@ -405,6 +449,10 @@ double operations(const Graph& graph, const Node& node) {
         return operations_an_element(resample->filter) * elements;
     if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels
     if (std::holds_alternative<Rcas>(node.op)) return 22 * elements;
+    // Nine samples' weighted mean and mean square, history by twelve pixels, three encodings.
+    if (std::holds_alternative<NssResolve>(node.op)) return 90 * elements;
+    // Two bilinear filters of three channels, one of four.
+    if (std::holds_alternative<NssInput>(node.op)) return 8 * elements;
     if (std::holds_alternative<Accumulate>(node.op)) return 66 * elements;  // 9 samples, 16 pixels of history
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
         return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;

@@ -117,6 +117,12 @@ class Graph {
     Value offset_mask(Value offsets, std::string name);
     Value project(Value color, Value offsets, Value mask, Value interpolated, int scale, std::string name);
     Value mlaa(Value image, std::string name);
+    Value radiance(Value color, double white);
+    Value display(Value radiance, double white);
+    Value nss_guide(Value depth, Value motion);
+    Value nss_flicker(Value radiance, Value guide, Value derivative);
+    Value nss_input(Value radiance, Value guide, Value flicker, Value history, Value temporal);
+    Value nss_resolve(Value radiance, Value guide, Value kernels, Value temporal, Value history);
     Value space_to_depth(Value image, int scale);
     Value depth_to_space(Value image, int scale);
     Value concat(std::vector<Value> inputs, std::string name = {});

@@ -182,6 +182,36 @@ struct ZeroUpsample {
 /// maxpool_2. Input: an image whose sides are even.
 struct MaxPool {};
 
+/// Radiance of display-encoded colours (docs/nss.md), of which `white` is display white's, from 1 to infinity. Input:
+/// colour.
+struct Radiance {
+    double white;
+};
+/// The inverse of Radiance. Input: radiance.
+struct Display {
+    double white;
+};
+
+/// The plane of farthest depth that NssScatter begins with, half as large as the depth, at least one pixel along each
+/// axis. Input: depth.
+struct NssFar {};
+/// NSS's depth in the previous frame. Inputs: the plane of NssFar, whose memory it takes, depth, motion.
+struct NssScatter {};
+/// NSS's guide. Inputs: depth, motion, depth in the previous frame. Result: 3 channels at render resolution: the vector
+/// from the previous frame in pixels, NaN where invalid, and the disocclusion.
+struct NssGuide {};
+/// NSS's flicker. Inputs: radiance, guide, last frame's first 4 channels of the result. Result: the derivative state (4
+/// channels) and how unsteady pixels look to the network.
+struct NssFlicker {};
+inline constexpr int kNssDerivative = 4;
+/// What NSS's network sees, padded. Inputs: radiance, guide, flicker, history, last frame's temporal parameters, which
+/// have the result's size.
+struct NssInput {};
+inline constexpr int kNssInputs = 12, kNssTemporal = 4, kNssKernel = 36, kNssKernelBlock = 4, kNssPaddedTo = 8;
+/// NSS's reconstruction, as radiance. Inputs: radiance, guide, kernels (a pixel for each block of kNssKernelBlock
+/// squared padded pixels), temporal parameters, history, which has the result's size.
+struct NssResolve {};
+
 struct SpaceToDepth {
     int scale;
 };
@@ -256,7 +286,8 @@ struct Pointwise {
 using Operator =
     std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
                  Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, WarpSharply, Sense,
-                 Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, SpaceToDepth,
-                 DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+                 Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
+                 Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
+                 Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

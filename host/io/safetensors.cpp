@@ -168,4 +168,13 @@ int Safetensors::require_integer(const std::string& key, int low, int high) cons
     return *value;
 }
 
+double Safetensors::require_number(const std::string& key, double low, double high) const {
+    const std::string& text = require_metadata(key);
+    const std::optional<double> value = parse_number(text);
+    if (!value || !(*value >= low && *value <= high))
+        fail(ErrorKind::file, "{}: the metadata \"{}\" must be a number from {} to {}, not \"{}\"", path_.string(), key,
+             low, high, text);
+    return *value;
+}
+
 }  // namespace clarus::io

@@ -42,6 +42,8 @@ class Safetensors {
     const std::string& require_metadata(const std::string& key) const;
     /// The same, as a whole number in [low, high].
     int require_integer(const std::string& key, int low, int high) const;
+    /// The same, as a number in [low, high].
+    double require_number(const std::string& key, double low, double high) const;
 
   private:
     std::filesystem::path path_;

@@ -121,6 +121,13 @@ std::span<const Implementation> sharpen_implementations();
 std::span<const Implementation> offset_mask_implementations();
 std::span<const Implementation> project_implementations();
 std::span<const Implementation> mlaa_implementations();
+std::span<const Implementation> radiance_implementations();
+std::span<const Implementation> nss_far_implementations();
+std::span<const Implementation> nss_scatter_implementations();
+std::span<const Implementation> nss_guide_implementations();
+std::span<const Implementation> nss_flicker_implementations();
+std::span<const Implementation> nss_input_implementations();
+std::span<const Implementation> nss_resolve_implementations();
 std::span<const Implementation> max_pool_implementations();
 std::span<const Implementation> pointwise_implementations();
 

@@ -51,8 +51,8 @@ struct LayoutPlan {
     std::vector<Memory> memories;
 };
 
-/// `storage` holds for images and features; depth and motion of every kind stay in f32. The output and views are
-/// stored whole: none may show a zero-upsampled image.
+/// `storage` holds for images and features; depth, motion and what is made of them alone stay in f32. The output and
+/// views are stored whole: none may show a zero-upsampled image.
 LayoutPlan lay_out(const graph::Graph& graph, Storage storage);
 
 /// Errors: invalid_argument where a memory has more elements than a kernel can count.

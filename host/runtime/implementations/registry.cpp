@@ -44,6 +44,14 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::OffsetMask&) const { return offset_mask_implementations(); }
     std::span<const Implementation> operator()(const graph::Project&) const { return project_implementations(); }
     std::span<const Implementation> operator()(const graph::Mlaa&) const { return mlaa_implementations(); }
+    std::span<const Implementation> operator()(const graph::Radiance&) const { return radiance_implementations(); }
+    std::span<const Implementation> operator()(const graph::Display&) const { return radiance_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssFar&) const { return nss_far_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssScatter&) const { return nss_scatter_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssGuide&) const { return nss_guide_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssFlicker&) const { return nss_flicker_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssInput&) const { return nss_input_implementations(); }
+    std::span<const Implementation> operator()(const graph::NssResolve&) const { return nss_resolve_implementations(); }
     std::span<const Implementation> operator()(const graph::MaxPool&) const { return max_pool_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 

@@ -13,7 +13,7 @@ import os
 import numpy as np
 import torch
 
-from . import clarus, enss, mnss, model_file, nsrr, operators, safetensors, srpo, stack
+from . import clarus, enss, mnss, model_file, nsrr, nss, operators, safetensors, srpo, stack
 from .frame import Frame
 from .layers import convolutions
 
@@ -67,6 +67,14 @@ CASES = {
         "mnss_x3": dict(scale=3, size=(9, 7), table=operators.mnss_jitter(3), away=0.4, jittered=True),
         "mnss_x2_1x1": dict(scale=2, size=(1, 1)),
     },
+    "nss": {
+        "nss_x2": dict(scale=2, size=(13, 9), white=1.0),
+        "nss_x1.5": dict(scale=1.5, size=(17, 13), white=4.0),
+        "nss_x1.7": dict(scale=1.7, size=(20, 10), white=1.0, away=0.3),
+        "nss_x3": dict(scale=3, size=(9, 8), white=1.0),
+        "nss_x2_1x1": dict(scale=2, size=(1, 1), white=1.0),
+        "nss_x2_linear": dict(scale=2, size=(16, 8), white=float("inf")),
+    },
     "srpo": {
         "srpo_x2": dict(scale=2, size=(13, 9)),
         "srpo_x3": dict(scale=3, size=(9, 8)),
@@ -118,6 +126,10 @@ def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr
 
 def random_mnss(generator, scale, **_):
     return random_weights(generator, mnss.Mnss(scale), 0.5)
+
+
+def random_nss(generator, scale, white, **_):
+    return random_weights(generator, nss.Nss(scale, white), 1.0)
 
 
 def random_srpo(generator, scale, **_):
@@ -201,6 +213,7 @@ RANDOM_NETWORKS = {
     "enss": random_enss,
     "nsrr": random_nsrr,
     "mnss": random_mnss,
+    "nss": random_nss,
     "srpo": random_srpo,
     "clarus": random_clarus,
     "stack": random_stack,

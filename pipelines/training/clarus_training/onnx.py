@@ -12,7 +12,7 @@ from typing import NamedTuple
 import torch
 from torch import nn
 
-from . import enss, model_file, operators
+from . import enss, model_file, nss, operators
 from .frame import Frame
 from .layers import linear_at_last, through
 
@@ -89,7 +89,7 @@ class MnssNetwork(nn.Module):
 
 
 class Call(nn.Module):
-    """A network's method as a module of its own."""
+    """A network's method or part as a module of its own."""
 
     def __init__(self, network, name):
         super().__init__()
@@ -143,6 +143,8 @@ def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
     if getattr(network, "checked", False) or getattr(network, "held", False):
         raise SystemExit("a frame with a checked history or a held range has no ONNX graph; --part network has")
+    if network.pipeline == "nss":
+        raise SystemExit("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
     if network.pipeline in ("srpo", "stack"):
         return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
@@ -177,6 +179,9 @@ def network_graph(network, frame):
     if network.pipeline == "mnss":
         inputs = {"difference": noise(4), "seen": noise(6), "blended": noise(3, s)}
         return Graph(MnssNetwork(network), inputs, ["weight", "antialiased", "residual"])
+    if network.pipeline == "nss":
+        seen = torch.rand(1, 12, nss.padded(height), nss.padded(width), generator=generator).to(frame.color)
+        return Graph(Call(network, "autoencoder"), {"seen": seen}, ["kernels", "temporal"])
     if network.pipeline == "srpo":
         return Graph(Call(network, "offsets"), {"color": noise(3)}, ["offsets"])
     channels = {"rgb": 3, "luma": 1}[network.network_color]

@@ -269,6 +269,18 @@ def place(image, samples, scale, jitter):
     return torch.where(row[:, None] & column, tiles(samples, scale), image)
 
 
+def srgb_decode(image):
+    """Linear light of display-encoded values, clamped to [0, 1]."""
+    image = image.clamp(0, 1)
+    return torch.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_encode(image):
+    """The inverse of `srgb_decode`."""
+    curve = 1.055 * image.clamp(min=0.0031308) ** (1 / 2.4) - 0.055
+    return torch.where(image < 0.0031308, 12.92 * image, curve)
+
+
 def ycbcr(image):
     """Full range, BT.601 luma."""
     red, green, blue = image.unbind(dim=1)

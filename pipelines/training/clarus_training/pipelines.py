@@ -15,8 +15,16 @@ value a frame of whatever needs no history; where history may be checked, `place
 [N, 3, H, W] and the new state.
 """
 
-from . import clarus, enss, espcn, mnss, nsrr, srpo, stack
+from . import clarus, enss, espcn, mnss, nsrr, nss, srpo, stack
 
-PIPELINES = {"nsrr": nsrr, "enss": enss, "mnss": mnss, "srpo": srpo, "espcn": espcn, "clarus": clarus}
+PIPELINES = {
+    "clarus": clarus,
+    "enss": enss,
+    "espcn": espcn,
+    "mnss": mnss,
+    "nsrr": nsrr,
+    "nss": nss,
+    "srpo": srpo,
+}
 ABLATIONS = {name: module.ABLATIONS for name, module in PIPELINES.items() if hasattr(module, "ABLATIONS")}
 FILES = {**PIPELINES, "stack": stack}

@@ -7,7 +7,7 @@ import unittest
 
 import torch
 
-from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, nsrr_growth, operators, srpo, stack
+from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, nsrr_growth, nss, operators, srpo, stack
 from clarus_training.frame import Frame
 
 
@@ -31,6 +31,7 @@ def networks(scale=2):
         "nsrr": nsrr.create(scale=scale, previous_frames=2, width=4),
         "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
         "mnss": mnss.create(scale),
+        "nss": nss.create(scale),
         "srpo": srpo.create(scale),
         "espcn": espcn.create(scale, (4, 6)),
     }

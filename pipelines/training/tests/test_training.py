@@ -189,7 +189,7 @@ class Loop(WithData):
         self.assertEqual(whole["running"], resumed["running"])
 
     def test_every_network_learns_and_is_exported(self):
-        cases = {"enss": ("--size", "s"), "nsrr": ("--size", "fast"), "mnss": (), "srpo": ()}
+        cases = {"enss": ("--size", "s"), "nsrr": ("--size", "fast"), "mnss": (), "nss": (), "srpo": ()}
         for pipeline, size in cases.items():
             clip = ["--clip", 1 if pipeline == "srpo" else 3]
             losses, step = [], train.Training.step
@@ -201,7 +201,8 @@ class Loop(WithData):
                 losses.append(now)
                 return rate
 
-            words = ["--steps", 24, "--rate", 3e-3, "--no-turns", "--no-tints", *clip]
+            steps = 40 if pipeline == "nss" else 24  # it starts as a reconstruction
+            words = ["--steps", steps, "--rate", 3e-3, "--no-turns", "--no-tints", *clip]
             with mock.patch.object(train.Training, "step", watched):
                 self.train(pipeline, *words, pipeline=pipeline, size=size)
             self.assertLess(sum(losses[-6:]), 0.97 * sum(losses[:6]), pipeline)
