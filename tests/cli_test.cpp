@@ -224,7 +224,8 @@ TEST_CASE("a network of any scale whose file says none takes the sequence's, or 
     REQUIRE(place.upscale(published.string(), {"--scale", "1.5"}).exit_code == 0);
     CHECK(io::read_image_header(place.output() / "0000.png").size == Size{36, 24});
     const Workplace untouched;
-    check_refused(untouched, untouched.upscale(published.string(), {"--scale", "4"}), "upscales by 1 to 3");
+    check_refused(untouched, untouched.upscale(published.string(), {"--scale", "4"}),
+                  "scale 4; this model's are from 1 to 3");
     check_refused(untouched, untouched.upscale(CLARUS_GOLDEN_DIR "/nss_x2.model.safetensors", {"--scale", "1.5"}),
                   "not by --scale 1.5");
 }
