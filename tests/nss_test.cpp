@@ -92,7 +92,7 @@ TEST_CASE("NSS files say their scale and white, or are as published") {
           {nlohmann::json{{"pipeline", "nss"}, {"scale", "two"}}, 2.0, "\"scale\" must be a number from 1 to 3"},
           {nlohmann::json{{"pipeline", "nss"}, {"scale", "2"}, {"white", "0.5"}}, 2.0, "\"white\" must be a number"},
           {nlohmann::json{{"scale", "2"}, {"white", "nan"}}, 2.0, "\"white\" must be a number"},
-          {nlohmann::json::object(), 4.0, "upscales by 1 to 3"}}) {
+          {nlohmann::json::object(), 4.0, "scale 4; this model's are from 1 to 3"}}) {
         CAPTURE(metadata.dump());
         std::string message;
         try {

@@ -18,8 +18,9 @@ def models():
 
 
 def graphs(network):
-    """The graphs that a network has; what NSS does beside its convolutions cannot be exported."""
-    return {name: make for name, make in onnx.GRAPHS.items() if (network.pipeline, name) != ("nss", "frame")}
+    """The graphs that a network has; what NSS and Clarus do beside their convolutions cannot be exported."""
+    alone = network.pipeline in ("nss", "clarus")
+    return {name: make for name, make in onnx.GRAPHS.items() if name == "network" or not alone}
 
 
 def called(graph):
