@@ -5,8 +5,7 @@
 namespace clarus::runtime {
 namespace {
 
-// Wide, so that memory is read and written in long runs.
-constexpr int kStripPixels = 256, kStripRows = 8, kTaps = 1;
+constexpr int kTaps = 1;
 
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
@@ -28,24 +27,17 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
-int prefer_strips(const Problem&, const DeviceProfile& profile) {
-    return profile.device_class != DeviceClass::gpu ? 2 : 0;
-}
-
 Lowered lower_strips(const Problem& problem, const Choices& choices) {
-    Lowered lowered = lower_plain(problem, choices);
-    lowered.call.entry = "hold_strip";
-    lowered.call.options += fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kStripPixels, kStripRows,
-                                        source_span(kStripPixels, std::get<graph::Hold>(problem.node.op).scale, kTaps));
-    lowered.call.global = strips(problem.output, kStripPixels, kStripRows);
-    return lowered;
+    return in_source_strips(lower_plain(problem, choices), problem, std::get<graph::Hold>(problem.node.op).scale,
+                            kTaps);
 }
 
 }  // namespace
 
 std::span<const Implementation> hold_implementations() {
-    static const Implementation implementations[] = {{"hold strips", prefer_strips, single_choices, lower_strips},
-                                                     {"hold", obvious, group_choices, lower_plain}};
+    static const Implementation implementations[] = {
+        {"hold strips", prefer_source_strips, single_choices, lower_strips},
+        {"hold", obvious, group_choices, lower_plain}};
     return implementations;
 }
 

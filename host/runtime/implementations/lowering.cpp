@@ -73,6 +73,19 @@ int source_span(int pixels, double scale, int taps) {
     return static_cast<int>(std::ceil((pixels - 1) / scale)) + 1 + taps;
 }
 
+int prefer_source_strips(const Problem&, const DeviceProfile& profile) {
+    return profile.device_class != DeviceClass::gpu ? 2 : 0;
+}
+
+Lowered in_source_strips(Lowered plain, const Problem& problem, double scale, int taps) {
+    constexpr int kPixels = 256, kRows = 8;  // wide, so that memory is read and written in long runs
+    plain.call.entry += "_strip";
+    plain.call.options +=
+        fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kPixels, kRows, source_span(kPixels, scale, taps));
+    plain.call.global = strips(problem.output, kPixels, kRows);
+    return plain;
+}
+
 bool has_quads(const TensorLayout& layout) { return layout.block == 1 && layout.stride == 4; }
 
 std::string_view opencl_type(ElementType type) {

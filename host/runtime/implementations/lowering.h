@@ -43,6 +43,11 @@ std::array<size_t, 2> strips(const TensorLayout& layout, int width, int height);
 /// The most source pixels under so many of an image `scale` times as large and the taps around each.
 int source_span(int pixels, double scale, int taps);
 
+/// An operator whose output pixels each look at `taps` source pixels along an axis, as strips for devices that are not
+/// GPUs: the kernel ENTRY_strip of the same arguments, with PIXELS, ROWS and SPAN (a strip's source pixels along x).
+int prefer_source_strips(const Problem& problem, const DeviceProfile& profile);
+Lowered in_source_strips(Lowered plain, const Problem& problem, double scale, int taps);
+
 /// The OpenCL type of the caller's elements.
 std::string_view opencl_type(ElementType type);
 
