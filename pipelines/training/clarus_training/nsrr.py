@@ -168,20 +168,18 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     The paper's is 1 − SSIM plus a perceptual term, whose weights are not part of this project: L1 is in its place.
     Networks with a checked history learn from the last two frames, by losses.Followed and 1 − SSIM.
     """
-    *early, before_last, last = zip(frames, network.ahead(frames))
-    state = []
-    for frame, ahead in early:
-        state = network.maps(frame, state, ahead)[2]
+    steps, state = list(zip(frames, network.ahead(frames))), []
+    judged = steps[-2:] if network.checked else []
+    for frame, ahead in steps[: len(steps) - len(judged)]:
+        current, history, state = network.maps(frame, state, ahead)
     if network.checked:
         followed, inside = losses.Followed(reference[-2:]), {}
-        if network.held:  # the reference, in place of an output that would cost as much as the others
-            state = [reference[len(early) - 1], *state]
-        for frame, ahead in (before_last, last):
+        if network.held and len(steps) > 2:  # the reference, in place of an output that would cost as much as the others
+            state = [reference[-3], *state]
+        for frame, ahead in judged:
             output, state = network.step(frame, state, ahead, inside)
             followed.add(output, network.place(ahead), inside.get("excess"))
         return (criterion or losses.ssim)(output, reference[-1]) + followed.mean()
-    for frame, ahead in (before_last, last):
-        current, history, state = network.maps(frame, state, ahead)
     output = network.network_output(current, history)
     wanted = operators.ycbcr(reference[-1]) if network.network_color == "ycbcr" else reference[-1]
     return (criterion or losses.ssim_l1)(output, wanted)

@@ -227,6 +227,15 @@ class Networks(unittest.TestCase):
         with self.assertRaisesRegex(SystemExit, "history is sometimes; known: plain, checked"):
             history.options_of({"history": "sometimes"})
 
+    def test_nsrr_learns_from_clips_of_any_length(self):
+        for checked in (False, True):
+            network = nsrr.create(scale=2, previous_frames=2, width=4, checked=checked, held=checked)
+            for length in (1, 2, 3):
+                frames = flat_frames([0.25, 0.5, 0.75][:length])
+                reference = torch.stack([frame.color.repeat_interleave(2, 2).repeat_interleave(2, 3) for frame in frames])
+                value = nsrr.loss(network, frames, reference)
+                self.assertTrue(torch.isfinite(value), (checked, length))
+
     def test_they_learn(self):
         for network in networks():
             frames = flat_frames([0.25, 0.5, 0.5, 0.75])
