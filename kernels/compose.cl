@@ -14,7 +14,8 @@
 #define LESSER(a, b) ((a) < (b) ? (a) : (b))
 #define GREATER(a, b) ((a) > (b) ? (a) : (b))
 
-// The nearest sample along an axis, and how far beyond it the pixel is, in render pixels.
+// The nearest sample along an axis, the later one of two that are as near whatever the rounding, and how far beyond it
+// the pixel is, in render pixels.
 typedef struct {
     int sample;
     float offset;
@@ -22,7 +23,7 @@ typedef struct {
 
 INLINE Nearest nearest_sample(int x, float jitter, int size) {
     const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
-    const int sample = clamp(u.whole + (u.fraction >= 0.5f), 0, size - 1);
+    const int sample = clamp(u.whole + (u.fraction >= 0.5f - 1.0f / 4096), 0, size - 1);
     const Nearest nearest = {sample, (u.whole - sample) + u.fraction};
     return nearest;
 }

@@ -7,9 +7,9 @@
 #define LESSER(a, b) ((a) < (b) ? (a) : (b))
 #define GREATER(a, b) ((a) > (b) ? (a) : (b))
 
-// The sample that is nearest to HR column or row x.
+// The sample that is nearest to HR column or row x: the later one of two that are as near, whatever the rounding.
 INLINE int nearest_sample(int x, float jitter, int size) {
-    return clamp(source_coordinate(x, SCALE, SCALE_REST, jitter - 0.5f).whole, 0, size - 1);
+    return clamp(source_coordinate(x, SCALE, SCALE_REST, jitter - 0.5f - 1.0f / 4096).whole, 0, size - 1);
 }
 
 // NaN becomes the lower end.

@@ -97,8 +97,8 @@ Composed expected_pixel(const Planes& color, const Planes& past, const Planes& p
                         int x, int y) {
     const double u = (x + 0.5) / scale - 0.5 - jitter.x, v = (y + 0.5) / scale - 0.5 - jitter.y;
     const graph::Shape& shape = color.shape;
-    const int column = static_cast<int>(std::floor(std::clamp(u, 0.0, shape.width - 1.0) + 0.5));
-    const int row = static_cast<int>(std::floor(std::clamp(v, 0.0, shape.height - 1.0) + 0.5));
+    const int column = static_cast<int>(std::floor(std::clamp(u, 0.0, shape.width - 1.0) + 0.5 + 1.0 / 4096));
+    const int row = static_cast<int>(std::floor(std::clamp(v, 0.0, shape.height - 1.0) + 0.5 + 1.0 / 4096));
     const double dx = u - column, dy = v - row;
     const auto p = [&](int c) -> double { return parameters.at(c, column, row); };
     const double a = 2 * std::exp2(std::clamp(p(0), -6.0, 6.0)), b = 2 * std::exp2(std::clamp(p(1), -6.0, 6.0));

@@ -26,7 +26,8 @@ constexpr double kTolerance = 2e-5;  // eight recurrent frames in float against 
 }  // namespace
 
 TEST_CASE("ENSS agrees with the PyTorch network over eight frames and a reset" * doctest::test_suite("golden")) {
-    for (const char* name : {"enss_x2_table", "enss_x3_table", "enss_x4_single", "enss_x2_mlp", "enss_x2_1x1"}) {
+    for (const char* name : {"enss_x2_table", "enss_x3_table", "enss_x4_single", "enss_x2_mlp", "enss_x2_1x1",
+                             "enss_x2_held", "enss_x3_checked"}) {
         CAPTURE(name);
         const Run result = run(Golden(name));
         for (const double difference : result.differences) CHECK(difference < kTolerance);

@@ -15,7 +15,7 @@ constexpr double kTolerance = 2e-5;  // eight recurrent frames in float against 
 }  // namespace
 
 TEST_CASE("MNSS agrees with the PyTorch network over eight frames and a reset" * doctest::test_suite("golden")) {
-    for (const char* name : {"mnss_x2", "mnss_x3", "mnss_x2_1x1"}) {
+    for (const char* name : {"mnss_x2", "mnss_x3", "mnss_x2_1x1", "mnss_x2_checked"}) {
         CAPTURE(name);
         const Run result = run(Golden(name));
         for (const double difference : result.differences) CHECK(difference < kTolerance);

@@ -26,7 +26,8 @@ void check_golden(const std::string& name, UpscalerOptions options = {}, double 
 }  // namespace
 
 TEST_CASE("NSRR agrees with the PyTorch network over eight frames and a reset" * doctest::test_suite("golden")) {
-    for (const char* name : {"nsrr_x4", "nsrr_x2_rgb", "nsrr_x3_alone", "nsrr_x5_ragged"}) check_golden(name);
+    for (const char* name : {"nsrr_x4", "nsrr_x2_rgb", "nsrr_x3_alone", "nsrr_x5_ragged", "nsrr_x2_checked"})
+        check_golden(name);
 }
 
 TEST_CASE("NSRR on the smallest image agrees with the PyTorch network" * doctest::test_suite("small")) {

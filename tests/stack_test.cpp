@@ -34,8 +34,9 @@ Model changed(const TemporaryFolder& folder, const std::function<void(json&)>& c
 }  // namespace
 
 TEST_CASE("stacks of layers agree with PyTorch" * doctest::test_suite("golden")) {
-    for (const char* name : {"stack_espcn_x2", "stack_espcn_rgb_x3", "stack_fsrcnn_x3", "stack_esr_max_x2",
-                             "stack_esr_tm_x2", "stack_esr_tr_x3", "stack_all_x2", "stack_1x1"}) {
+    for (const char* name :
+         {"stack_espcn_x2", "stack_espcn_rgb_x3", "stack_fsrcnn_x3", "stack_esr_max_x2", "stack_esr_tm_x2",
+          "stack_esr_tr_x3", "stack_all_x2", "stack_1x1", "stack_espcn_x2_held"}) {
         CAPTURE(name);
         const Run result = run(Golden(name));
         for (const double difference : result.differences) CHECK(difference < kTolerance);

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/rounding.h"
 #include "io/json_reader.h"
+#include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -105,6 +106,7 @@ class Builder {
           scale_(scale),
           render_(render),
           is_luma_(reads_luma(model)),
+          is_held_(asks_to_be_held(model)),
           color_(graph_.input(Resource::color, render)),
           seen_(is_luma_ ? luma(color_, "luma") : color_),
           flow_(graph_, seen_) {}
@@ -359,15 +361,30 @@ class Builder {
             const Value gain = graph_.linear({result, luma(upsampled, "luma")}, {1, -1}, 0, "luma gain");
             result = graph_.sum(upsampled, gain, "color");
         }
-        graph_.output = graph_.clamp(result, 0, 1, "clamp");
+        graph_.output = is_held_ ? held(result) : graph_.clamp(result, 0, 1, "clamp");
         graph_.views = {{"input_color", color_}, {"output", graph_.output}};
+    }
+
+    /// Within what the frame shows: its own upsampling stands for the history that there is none of.
+    Value held(Value result) {
+        const Size output{scale_ * render_.width, scale_ * render_.height};
+        const Value upsampled = graph_.resample(color_, Filter::bilinear, scale_, output, Shift::none);
+        return graph_.hold(result, color_, upsampled, scale_);
+    }
+
+    static bool asks_to_be_held(const io::Safetensors& model) {
+        const HistoryOptions options = history_options(model);
+        if (options.checked)
+            fail(ErrorKind::file, R"({}: metadata `history` is "checked", but a stack of layers has no history)",
+                 model.path().string());
+        return options.held;
     }
 
     const io::Safetensors& model_;
     const std::filesystem::path where_;  // for messages
     const int scale_;
     const Size render_;
-    const bool is_luma_;
+    const bool is_luma_, is_held_;
     Graph graph_;
     const Value color_;
     const Value seen_;  // by the network

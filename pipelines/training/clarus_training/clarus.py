@@ -8,7 +8,8 @@ from . import history, losses, model_file, operators
 from .layers import convolutions
 
 SIZES = {"s": (16, 2), "m": (32, 3)}  # name: (width, middle layers)
-CLIPS = [12, 24]
+CLIPS = [24]
+WINDOW = 8  # frames that a step learns from
 RATE = 2e-3
 SCALES = (1.3, 4)  # it learns all of them at once
 SENSED = 9  # channels of `sense`
@@ -147,7 +148,7 @@ def compose(color, past, parameters, scale, jitter):
     height, width = color.shape[-2:]
     u, v = history.output_coordinates(color, scale, past.shape[-2:], jitter)
     u, v = u[0, 0, 0], v[0, 0, :, 0]
-    column, row = (u.clamp(0, width - 1) + 0.5).floor().long(), (v.clamp(0, height - 1) + 0.5).floor().long()
+    column, row = history.nearest_index(u, width), history.nearest_index(v, height)
     x, y = u - column, (v - row)[:, None]  # from the nearest sample, in render pixels
     offset = torch.arange(-1, 2, dtype=x.dtype, device=x.device)
     fx, fy = (offset[:, None] - x)[None, :, None], (offset[:, None, None] - y)[:, None]  # of 3×3 samples
@@ -210,9 +211,9 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """losses.Followed, at the clip's own scale."""
+    """losses.followed, at the clip's own scale."""
     network.scale = reference.shape[-1] / frames[0].color.shape[-1]
-    return losses.followed(network, frames, reference)
+    return losses.followed(network, frames, reference, WINDOW)
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):

@@ -16,6 +16,8 @@ RATE = 2e-3
 MLP_LAYERS = 7
 ABLATIONS = ("jitter-kernels", "blending", "dilation", "warping")  # what the paper's ablations leave out
 
+WINDOW = 8  # frames that a step learns from
+
 
 class KernelTable(nn.Module):
     """A set of kernels for each of K jitters; the nearest entry serves."""
@@ -47,6 +49,17 @@ class KernelMlp(nn.Module):
 
     def forward(self, jitters):
         return self.layers[-1](self.hidden(torch.as_tensor(jitters).to(self.layers[0].weight)))
+
+    @torch.no_grad()
+    def fit(self, jitters, wanted, ridge):
+        """Chooses the last layer so that jitters [K, 2] give about the kernels `wanted` [K, count]: ridge regression."""
+        hidden, bias = self.hidden(jitters).double(), wanted.mean(dim=0)
+        mean = hidden.mean(dim=0)
+        centred = hidden - mean
+        squares = centred.T @ centred + ridge * torch.eye(hidden.shape[1], dtype=hidden.dtype)
+        weight = torch.linalg.solve(squares, centred.T @ (wanted - bias).double())
+        self.layers[-1].weight.copy_(weight.T)
+        self.layers[-1].bias.copy_(bias - (mean @ weight).float())
 
 
 class Ahead(NamedTuple):
@@ -213,10 +226,10 @@ def parameter_groups(network, arguments):
 
 
 def loss(network, frames, reference, criterion=None, progress=1.0):
-    """The paper's L1, and with it what keeps still pictures still; checked history has more of that."""
-    if network.checked and criterion is None:
-        return losses.followed(network, frames, reference)
-    return losses.of_clip(network, frames, reference, criterion or losses.l1_steady)
+    """The paper's L1, and with it what keeps still pictures still: losses.followed; or the criterion."""
+    if criterion is None:
+        return losses.followed(network, frames, reference, WINDOW)
+    return losses.of_clip(network, frames, reference, criterion)
 
 
 def create(scale, features, middle, hidden, without=(), checked=False, held=False):
@@ -229,13 +242,7 @@ def create(scale, features, middle, hidden, without=(), checked=False, held=Fals
         axis = torch.linspace(-0.5, 0.5, 9)
         jitters = torch.cat((torch.tensor(operators.halton_jitter()), torch.cartesian_prod(axis, axis)))
         wanted = torch.stack([starting_kernels(scale, features, jitter, random) for jitter in jitters.tolist()])
-        hidden_values = mlp.hidden(jitters).double()
-        bias = wanted.mean(dim=0)
-        ridge = 1e-3 * len(jitters) * torch.eye(hidden, dtype=torch.float64)
-        centred = hidden_values - hidden_values.mean(dim=0)
-        fit = torch.linalg.solve(centred.T @ centred + ridge, centred.T @ (wanted - bias).double())
-        mlp.layers[-1].weight.copy_(fit.T)
-        mlp.layers[-1].bias.copy_(bias - (hidden_values.mean(dim=0) @ fit).float())
+        mlp.fit(jitters, wanted, 1e-3 * len(jitters))
         for layer in network.body:
             nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
             nn.init.zeros_(layer.bias)
@@ -243,6 +250,19 @@ def create(scale, features, middle, hidden, without=(), checked=False, held=Fals
             for c in range(3):
                 layer.weight[c, c, 1, 1] = 1
     return network
+
+
+def adopt(network, trained):
+    """The weights of a model file's network, as a state of `network`: an MLP learns the file's table of kernels."""
+    shapes = [(each.scale, each.features, len(each.body), each.checked) for each in (network, trained)]
+    if shapes[0] != shapes[1]:
+        raise SystemExit("--start: a network of another shape")
+    network.body.load_state_dict(trained.body.state_dict())
+    if isinstance(trained.kernels, KernelMlp):
+        network.kernels.load_state_dict(trained.kernels.state_dict())
+    else:
+        network.kernels.fit(trained.kernels.jitters, trained.kernels.kernels, 1e-3)
+    return network.state_dict()
 
 
 def start_hidden_layers(mlp):

@@ -14,12 +14,12 @@ def shape(arguments):
     size = arguments.size or "s"
     if size not in SIZES:
         raise SystemExit("an ESPCN network is of --size s or l")
-    return dict(scale=arguments.scale, features=SIZES[size])
+    return dict(scale=arguments.scale, features=SIZES[size], held=arguments.held)
 
 
-def create(scale, features):
+def create(scale, features, held=False):
     """A network to be trained, of the luma."""
-    return Stack(scale, *espcn(scale, 1, features), "luma")
+    return Stack(scale, *espcn(scale, 1, features), "luma", held)
 
 
 def parameter_groups(network, arguments):

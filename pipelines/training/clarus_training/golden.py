@@ -45,7 +45,7 @@ EVERY_LAYER = (
 )
 
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
-# motion was sampled where colour was. `use`: only so many of the previous frames, whose number the golden file says.
+# motion was sampled where colour was. `checked`, `held`: docs/history.md. `use`: only so many of the previous frames, whose number the golden file says.
 CASES = {
     "enss": {
         "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
@@ -53,6 +53,8 @@ CASES = {
         "enss_x4_single": dict(scale=4, features=12, middle=2, size=(9, 8), table=HALTON[:1]),
         "enss_x2_mlp": dict(scale=2, features=8, middle=1, size=(17, 11), hidden=32),
         "enss_x2_1x1": dict(scale=2, features=4, middle=1, size=(1, 1), table=HALTON[:1]),
+        "enss_x2_held": dict(scale=2, features=8, middle=1, size=(13, 9), table=HALTON[:8], held=True),
+        "enss_x3_checked": dict(scale=3, features=8, middle=1, size=(9, 7), table=HALTON[:8], checked=True, held=True),
     },
     "nsrr": {
         "nsrr_x4": dict(scale=4, width=8, size=(9, 7)),
@@ -61,11 +63,13 @@ CASES = {
         "nsrr_x3_used": dict(scale=3, width=4, size=(7, 5), previous_frames=3, use=1),
         "nsrr_x6_1x1": dict(scale=6, width=4, size=(1, 1), previous_frames=1, jittered=True),
         "nsrr_x5_ragged": dict(scale=5, width=6, size=(5, 3), previous_frames=3, jittered=True, ragged=True),
+        "nsrr_x2_checked": dict(scale=2, width=4, size=(11, 7), previous_frames=2, checked=True, held=True),
     },
     "mnss": {
         "mnss_x2": dict(scale=2, size=(13, 9), table=operators.mnss_jitter(2)),
         "mnss_x3": dict(scale=3, size=(9, 7), table=operators.mnss_jitter(3), away=0.4, jittered=True),
         "mnss_x2_1x1": dict(scale=2, size=(1, 1)),
+        "mnss_x2_checked": dict(scale=2, size=(13, 9), checked=True, held=True),
     },
     "nss": {
         "nss_x2": dict(scale=2, size=(13, 9), white=1.0),
@@ -97,6 +101,7 @@ CASES = {
         "stack_esr_tr_x3": dict(scale=3, size=(7, 5), color="luma", layers=stack.edge_sr("tr", 3, 2, 5)),
         "stack_all_x2": dict(scale=2, size=(14, 10), color="rgb", layers=EVERY_LAYER),
         "stack_1x1": dict(scale=2, size=(1, 1), color="luma", layers=stack.fsrcnn(2, 1, 8, 4, 1)),
+        "stack_espcn_x2_held": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1), held=True),
     },
 }
 
@@ -111,8 +116,12 @@ def random_weights(generator, network, gain):
     return network
 
 
-def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", use=None, ragged=False, **_):
-    network = nsrr.Nsrr(scale, previous_frames, width, network_color)
+def checks_of(case):
+    return {name: case.get(name, False) for name in ("checked", "held")}
+
+
+def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr", use=None, ragged=False, **more):
+    network = nsrr.Nsrr(scale, previous_frames, width, network_color, **checks_of(more))
     if ragged:  # widths that no published network has
         network.features_previous = convolutions(4, 20, 13, nsrr.FEATURES[-1])
         network.reweight = convolutions(4 + 4 * previous_frames, 17, 23, previous_frames)
@@ -124,8 +133,8 @@ def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr
     return network
 
 
-def random_mnss(generator, scale, **_):
-    return random_weights(generator, mnss.Mnss(scale), 0.5)
+def random_mnss(generator, scale, **more):
+    return random_weights(generator, mnss.Mnss(scale, **checks_of(more)), 0.5)
 
 
 def random_nss(generator, scale, white, **_):
@@ -150,9 +159,9 @@ def random_clarus(generator, scale, width, middle, **_):
     return network
 
 
-def random_stack(generator, scale, color, layers, **_):
+def random_stack(generator, scale, color, layers, held=False, **_):
     """Weights that add up to about 1 where there are no biases to centre the result."""
-    network = random_weights(generator, stack.Stack(scale, *layers, color), 0.7)
+    network = random_weights(generator, stack.Stack(scale, *layers, color, held), 0.7)
     modules = [module for module in network.module_list if hasattr(module, "weight") and module.weight.ndim == 4]
     with torch.no_grad():
         if modules[-1].bias is not None:
@@ -164,16 +173,19 @@ def random_stack(generator, scale, color, layers, **_):
     return network
 
 
-def random_enss(generator, scale, features, middle, table=None, hidden=None, **_):
+def random_enss(generator, scale, features, middle, table=None, hidden=None, **more):
     """Weights large enough for α to span (0, 1), the candidate around ½, every feature alive."""
+
+    checks = checks_of(more)
 
     def normal(*shape, std):
         return torch.randn(shape, generator=generator) * std
 
     def random_kernels():
         squared = scale * scale
+        inputs = 6 + checks["checked"] + 4 * squared
         kernels = {
-            "first.weight": normal(features, 6 + 4 * squared, 3, 3, std=(2 / (9 * (6 + 4 * squared))) ** 0.5 * 2),
+            "first.weight": normal(features, inputs, 3, 3, std=(2 / (9 * inputs)) ** 0.5 * 2),
             "first.bias": normal(features, std=0.2),
             "last.weight": normal(5 * squared, features, 3, 3, std=(1 / (9 * features)) ** 0.5),
             "last.bias": normal(5 * squared, std=0.2),
@@ -197,7 +209,7 @@ def random_enss(generator, scale, features, middle, table=None, hidden=None, **_
             last.bias.copy_(spread)
     else:
         kernels = enss.KernelTable(torch.tensor(table), torch.stack([random_kernels() for _ in table]))
-    network = enss.Enss(scale, features, middle, kernels)
+    network = enss.Enss(scale, features, middle, kernels, **checks)
     with torch.no_grad():
         for layer in network.body:
             layer.weight.copy_(normal(*layer.weight.shape, std=(2 / (9 * features)) ** 0.5))
@@ -254,7 +266,7 @@ def run(network, inputs):
             output, state = network.step(frame, None if inputs["reset"][t] else state, inside=seen)
             outputs.append(output[0].permute(1, 2, 0))
             if t == INSIDE_AT:
-                inside = {name: value[0] for name, value in seen.items()}
+                inside = {name: value[0] for name, value in seen.items() if name != "excess"}
     return dict(output=torch.stack(outputs), **inside)
 
 

@@ -168,12 +168,16 @@ def extremes(color):
     return -F.max_pool2d(-color, 3, 1, 1), F.max_pool2d(color, 3, 1, 1)
 
 
+def nearest_index(u, size):
+    """The sample at index coordinates u that is nearest: the later one of two as near, whatever the rounding."""
+    return (u.clamp(0, size - 1) + 0.5 + 2**-12).floor().long().clamp(max=size - 1)
+
+
 def nearest(image, scale, size, jitter):
     """Every output pixel's nearest sample."""
     batch, channels, height, width = image.shape
     u, v = output_coordinates(image, scale, size, jitter)
-    column = (u.clamp(0, width - 1) + 0.5).floor().long()
-    row = (v.clamp(0, height - 1) + 0.5).floor().long()
+    column, row = nearest_index(u, width), nearest_index(v, height)
     if column.shape[0] == 1:
         return image[:, :, row[0, 0, :, 0]][:, :, :, column[0, 0, 0]]
     index = (row * width + column).flatten(2).expand(batch, channels, -1)

@@ -5,7 +5,7 @@ import functools
 import torch
 import torch.nn.functional as F
 
-from . import frame, operators
+from . import frame, history, operators
 
 
 def of_clip(network, frames, reference, criterion):
@@ -39,43 +39,77 @@ STEADY = 1  # of changes along motion, beside the output's error
 WITHIN = 1  # of what a network shows beyond the range that it is held in
 
 
-class Followed:
-    """What networks with a checked history learn from, frame by frame; references [T, N, 3, H, W].
+EASIEST = 0.01  # error of a clip's bilinear upsampling below which it counts no more
 
-    L1, in which pixels without history count more: they are few, and are what is seen of a moving thing. To it the L1 of
-    changes along motion, where the history is valid: of pixels that stand still these are flicker. And whatever the range
-    cuts off the output, which otherwise had no gradient.
+
+class Followed:
+    """What networks learn from, frame by frame; references [T, N, 3, H, W].
+
+    L1, in which pixels whose checked history is missing count more: they are few, and are what is seen of a moving thing.
+    To it the L1 of changes along checked motion where history is valid, which of pixels that stand still are flicker;
+    without checked motion, of pixels whose reference stands still. And whatever a range cuts off the output, which
+    otherwise had no gradient. `weight` [N]: of each clip.
     """
 
-    def __init__(self, reference):
-        self.reference, self.total, self.t, self.output = reference, 0, 0, None
+    def __init__(self, reference, weight=None):
+        self.reference, self.t, self.output = reference, 0, None
+        self.total, self.count = 0, 0
+        self.weight = 1 if weight is None else weight[:, None, None, None]
 
-    def add(self, output, place, excess=None):
-        """`place`: the frame's history.Place. `excess`: what was cut off."""
+    def add(self, output, place=None, excess=None):
+        """`place`: the frame's history.Place, of a checked history. `excess`: what was cut off."""
         reference = self.reference[self.t]
         error = (output - reference).abs()
-        if self.t:
+        if self.t and place is None:
+            before = self.reference[self.t - 1]
+            error = error + STEADY * (output - self.output).abs() * (reference == before).all(dim=1, keepdim=True)
+        elif self.t:
             has_history = place.has_history()
             error = error * (UNCOVERED + (1 - UNCOVERED) * has_history)
             moved, expected = (operators.sample(each, place.grid) for each in (self.output, self.reference[self.t - 1]))
             error = error + STEADY * ((output - moved) - (reference - expected)).abs() * has_history
-        self.total = self.total + error.mean()
         if excess is not None:
-            self.total = self.total + WITHIN * excess.abs().mean()
-        self.output, self.t = output, self.t + 1
+            error = error + WITHIN * excess.abs()
+        self.total = self.total + (self.weight * error).mean()
+        self.output, self.t, self.count = output, self.t + 1, self.count + 1
 
-    def mean(self):
-        return self.total / self.t
+    def cut(self):
+        """The mean of the frames since the last cut; gradients of later ones do not reach across."""
+        mean, self.total, self.count = self.total / self.count, 0, 0
+        self.output = self.output.detach()
+        return mean
 
 
-def followed(network, frames, reference):
-    """`Followed` of a clip."""
-    loss, state = Followed(reference), None
-    for frame_, ahead in zip(frames, network.ahead(frames)):
-        inside = {}
-        output, state = network.step(frame_, state, ahead, inside)
-        loss.add(output, network.place(ahead), inside.get("excess"))
-    return loss.mean()
+def evenness(frames, reference):
+    """A weight for each clip [N], so that hard clips and easy ones count alike: by the error of bilinear upsampling.
+
+    Gains are measured in decibels. In plain L1 a few clips of leaves and wires outweigh all others.
+    """
+    errors = []
+    for frame_, wanted in list(zip(frames, reference))[:: max(1, len(frames) // 4)]:
+        count, scale = wanted.shape[0], wanted.shape[-1] / frame_.color.shape[-1]
+        u, v = history.output_coordinates(frame_.color, scale, wanted.shape[-2:], frame_.jitter)
+        upsampled = operators.bilinear(frame_.color, u[:, 0].expand(count, -1, -1), v[:, 0].expand(count, -1, -1))
+        errors.append((upsampled - wanted).abs().mean(dim=(1, 2, 3)))
+    return 4 * EASIEST / (torch.stack(errors).mean(dim=0) + EASIEST)
+
+
+def followed(network, frames, reference, window=None):
+    """`Followed` of a clip: for every `window` frames one loss, the whole clip's unless told."""
+    window = window or len(frames)
+    loss, state = Followed(reference, evenness(frames, reference)), None
+    for first in range(0, len(frames), window):
+        some = frames[first : first + window]
+        for frame_, ahead in zip(some, network.ahead(some)):
+            inside = {}
+            output, state = network.step(frame_, state, ahead, inside)
+            loss.add(output, network.place(ahead), inside.get("excess"))
+        yield loss.cut()
+        state = detached(state)
+
+
+def detached(state):
+    return state.detach() if torch.is_tensor(state) else tuple(detached(each) for each in state)
 
 
 def ssim_map(image, reference):

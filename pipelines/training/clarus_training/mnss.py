@@ -101,7 +101,7 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
         if progress < GUIDED:
             state = (reference[t], state[1])
     total = (criterion or losses.ssim)(torch.stack(outputs), reference) + 5 * antialiased / len(frames)
-    return total + followed.mean() if followed else total
+    return total + followed.cut() if followed else total
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):

@@ -179,7 +179,7 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
         for frame, ahead in judged:
             output, state = network.step(frame, state, ahead, inside)
             followed.add(output, network.place(ahead), inside.get("excess"))
-        return (criterion or losses.ssim)(output, reference[-1]) + followed.mean()
+        return (criterion or losses.ssim)(output, reference[-1]) + followed.cut()
     output = network.network_output(current, history)
     wanted = operators.ycbcr(reference[-1]) if network.network_color == "ycbcr" else reference[-1]
     return (criterion or losses.ssim_l1)(output, wanted)

@@ -10,7 +10,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import model_file, operators, srpo
+from . import history, model_file, operators, srpo
 
 FILTERS = {
     "nearest": lambda image, scale: F.interpolate(image, scale_factor=scale, mode="nearest"),
@@ -21,12 +21,13 @@ FILTERS = {
 
 
 class Stack(nn.Module):
-    """The network. It looks at one frame's colour, or at its luma alone, and has no state."""
+    """The network. It looks at one frame's colour, or at its luma alone, and has no state. `held`: docs/history.md."""
 
     pipeline = "stack"
 
-    def __init__(self, scale, layers, widths, network_color="rgb"):
+    def __init__(self, scale, layers, widths, network_color="rgb", held=False):
         super().__init__()
+        self.held = held
         self.scale, self.layers, self.network_color = scale, layers, network_color
         channels = {"rgb": 3, "luma": 1}[network_color]
         modules = []
@@ -55,9 +56,13 @@ class Stack(nn.Module):
     def step(self, frame, state=None, ahead=None, inside=None):
         color = frame.color
         if self.network_color == "rgb":
-            return self.run_layers(color).clamp(0, 1), None
-        upsampled = operators.keys_upsample(color, self.scale)
-        return (upsampled + self.run_layers(luma(color)) - luma(upsampled)).clamp(0, 1), None
+            output = self.run_layers(color)
+        else:
+            upsampled = operators.keys_upsample(color, self.scale)
+            output = upsampled + self.run_layers(luma(color)) - luma(upsampled)
+        if not self.held:
+            return output.clamp(0, 1), None
+        return history.hold(output, color, operators.upsample(color, self.scale), self.scale, frame.jitter), None
 
 
 def luma(image):
@@ -156,6 +161,7 @@ def model_tensors(network, jitters=None, mlp=False, half=False):
             tensors[f"{layer['tensor']}.{key}"] = array(tensor)
     layers = [{key: value for key, value in layer.items() if key != "bias"} for layer in network.layers]
     facts = dict(pipeline="stack", scale=str(network.scale), network_color=network.network_color)
+    facts.update({"range": "held"} if network.held else {})
     return tensors, dict(facts, layers=json.dumps(layers))
 
 
@@ -170,7 +176,11 @@ def load_model(tensors, metadata):
         widths[name] = weight.shape[1] * layer.get("groups", 1) if is_transposed else weight.shape[0]
         if layer["type"] == "convolution":
             layer["bias"] = f"{name}.bias" in tensors
-    network = Stack(int(metadata["scale"]), layers, widths, metadata.get("network_color", "rgb"))
+    checks = history.options_of(metadata)
+    if checks["checked"]:
+        raise SystemExit("metadata history is checked, but a stack of layers has no history")
+    colors = metadata.get("network_color", "rgb")
+    network = Stack(int(metadata["scale"]), layers, widths, colors, checks["held"])
     for layer, module in zip(network.layers, network.module_list):
         module.load_state_dict({key: tensors[f"{layer['tensor']}.{key}"] for key in module.state_dict()})
     return network

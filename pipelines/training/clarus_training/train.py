@@ -16,7 +16,7 @@ import time
 
 import torch
 
-from . import dataset, enss_growth, export, nsrr_growth, validation
+from . import dataset, enss_growth, export, model_file, nsrr_growth, validation
 from .losses import LOSSES
 from .pipelines import ABLATIONS, PIPELINES
 from .sequence import find
@@ -39,7 +39,7 @@ def parse():
     budget.add_argument("--hours", type=float, help="train for so long")
     budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
-    parser.add_argument("--start", help="a checkpoint whose weights to start from")
+    parser.add_argument("--start", help="a checkpoint or a model file whose weights to start from")
     parser.add_argument("--grow", help="enss, nsrr: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
@@ -49,7 +49,7 @@ def parse():
     without = "leave this out: " + "; ".join(f"{name}: {', '.join(each)}" for name, each in ABLATIONS.items())
     parser.add_argument("--without", nargs="+", choices=sum(ABLATIONS.values(), ()), default=[], help=without)
     parser.add_argument("--checked", action="store_true", help="enss, mnss, nsrr: history = checked (docs/history.md)")
-    parser.add_argument("--held", action="store_true", help="enss, mnss, nsrr: range = held")
+    parser.add_argument("--held", action="store_true", help="enss, espcn, mnss, nsrr: range = held")
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -160,12 +160,31 @@ class Training:
         rate *= min(1, (self.iteration + 1) / 100)  # Adam's second moments need a few steps to mean something
         for group in self.optimizer.param_groups:
             group["lr"] = rate * group.get("share", 1)
-        # Long clips cost more memory and teach accumulation: a batch holds as many frames whatever their length.
         source = clips[self.iteration % len(clips)]
-        count = max(1, arguments.batch * min(clip.length for clip in clips) // source.length)
-        frames, reference = source.batch(count, self.chance, arguments.device)
-        with torch.autocast(torch.device(arguments.device).type, torch.bfloat16, enabled=arguments.amp):
-            loss = self.pipeline.loss(self.network, frames, reference, LOSSES.get(arguments.loss), self.progress)
+        frames, reference = source.batch(self.count(source, clips), self.chance, arguments.device)
+        kind = torch.device(arguments.device).type
+        with torch.autocast(kind, torch.bfloat16, enabled=arguments.amp):
+            losses = self.pipeline.loss(self.network, frames, reference, LOSSES.get(arguments.loss), self.progress)
+        losses = iter([losses] if torch.is_tensor(losses) else losses)
+        while True:
+            with torch.autocast(kind, torch.bfloat16, enabled=arguments.amp):
+                loss = next(losses, None)
+            if loss is None:
+                return rate
+            self.descend(loss)
+
+    def count(self, source, clips):
+        """How many clips of `source` a batch holds.
+
+        Long clips cost more memory and teach accumulation: a batch holds as many frames whatever their length, unless
+        the network learns from windows of a clip.
+        """
+        batch = self.arguments.batch
+        if hasattr(self.pipeline, "WINDOW"):
+            return batch
+        return max(1, batch * min(clip.length for clip in clips) // source.length)
+
+    def descend(self, loss):
         self.optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), 1.0)
@@ -173,7 +192,6 @@ class Training:
         self.average.update()
         self.iteration += 1
         self.running = loss.item() if self.running is None else 0.98 * self.running + 0.02 * loss.item()
-        return rate
 
     def validate(self, held_out):
         """Mean PSNR of the averaged network and of bicubic, over all frames."""
@@ -224,6 +242,20 @@ def usable(option, directories, scales):
     return found
 
 
+def starting_weights(training, path):
+    """Of a checkpoint or of a model file."""
+    if path.endswith(".safetensors"):
+        trained = model_file.load(path)
+        if hasattr(training.pipeline, "adopt"):
+            return training.pipeline.adopt(training.network, trained)
+        state = trained.state_dict()
+    else:
+        state = torch.load(path, map_location=training.arguments.device)["network"]
+    if not export.same_shape(state, training.network.state_dict()):
+        raise SystemExit(f"--start {path}: a network of another shape")
+    return state
+
+
 def main():
     arguments = parse()
     if arguments.grow and arguments.pipeline not in GROWTH:
@@ -239,10 +271,7 @@ def main():
     if arguments.resume and os.path.exists(checkpoint):
         training.load(checkpoint)
     elif arguments.start:
-        start = torch.load(arguments.start, map_location=arguments.device)["network"]
-        if not export.same_shape(start, training.network.state_dict()):
-            raise SystemExit(f"--start {arguments.start}: a network of another shape")
-        training.start_from(start)
+        training.start_from(starting_weights(training, arguments.start))
     elif arguments.grow:
         training.grow_from(arguments.grow)
     scales = getattr(training.pipeline, "SCALES", (arguments.scale,))

@@ -102,7 +102,7 @@ class Clarus(unittest.TestCase):
         for scale in (1.5, 3):
             network = noisy(scale)
             reference = torch.rand(3, 2, 3, int(6 * scale), int(8 * scale))
-            clarus.loss(network, frames(3), reference).backward()
+            sum(clarus.loss(network, frames(3), reference)).backward()
             for name, parameter in network.named_parameters():
                 self.assertTrue(torch.isfinite(parameter.grad).all(), name)
                 self.assertGreater(parameter.grad.abs().max().item(), 0, name)

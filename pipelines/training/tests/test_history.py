@@ -240,9 +240,19 @@ class Networks(unittest.TestCase):
         for network in networks():
             frames = flat_frames([0.25, 0.5, 0.5, 0.75])
             reference = torch.stack([frame.color.repeat_interleave(2, 2).repeat_interleave(2, 3) for frame in frames])
-            value = losses.followed(network, frames, reference * 0.9)
-            value.backward()
+            windows = list(losses.followed(network, frames, reference * 0.9, 3))
+            self.assertEqual(len(windows), 2)
+            sum(windows).backward()
             self.assertTrue(any(p.grad is not None and p.grad.abs().max() > 0 for p in network.parameters()))
+
+    def test_hard_clips_count_as_much_as_easy_ones(self):
+        fine = torch.zeros(1, 3, 8, 12)
+        fine[..., ::2] = 1
+        color = torch.cat((fine, 0.1 * fine, 0 * fine))
+        frames = [Frame(color, color[:, :1], 0 * color[:, :2], (0.0, 0.0))]
+        weight = losses.evenness(frames, torch.full((1, 3, 3, 16, 24), 0.0))
+        error = torch.tensor([0.5, 0.05, 0.0])
+        self.assertLess((weight - 0.04 / (error + 0.01)).abs().max().item(), 0.02)
 
 
 if __name__ == "__main__":
