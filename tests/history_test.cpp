@@ -140,23 +140,17 @@ Planes expected_reprojection(const Planes& motion, const Planes& depth, double s
     });
 }
 
-Planes expected_hold(const Planes& image, const Planes& color, const Planes& history, double scale, Vec2 jitter) {
+Planes expected_extremes(const Planes& color) {
     const graph::Shape& in = color.shape;
-    const auto nearest = [scale](int x, float shift, int size) {
-        const double u = std::clamp((x + 0.5) / scale - 0.5 - shift, 0.0, size - 1.0);
-        return static_cast<int>(std::floor(u + 0.5));
-    };
-    return planes(image.shape, [&](int c, int x, int y) {
-        const int column = nearest(x, jitter.x, in.width), row = nearest(y, jitter.y, in.height);
-        float low = history.at(c, x, y), high = low;
-        for (int j = row - 1; j <= row + 1; ++j)
-            for (int i = column - 1; i <= column + 1; ++i) {
-                if (!is_inside(in, i, j)) continue;
-                low = std::min(low, color.at(c, i, j));
-                high = std::max(high, color.at(c, i, j));
+    return planes({6, in.height, in.width}, [&](int c, int x, int y) {
+        float low = kInfinity, high = -kInfinity;
+        for (int j = y - 1; j <= y + 1; ++j)
+            for (int i = x - 1; i <= x + 1; ++i) {
+                if (!is_inside(in, i, j) || std::isnan(color.at(c % 3, i, j))) continue;
+                low = std::min(low, color.at(c % 3, i, j));
+                high = std::max(high, color.at(c % 3, i, j));
             }
-        const float value = image.at(c, x, y);
-        return std::isnan(value) ? low : std::clamp(value, low, high);
+        return c < 3 ? low : high;
     });
 }
 
@@ -278,31 +272,17 @@ void check_reprojection(const Case& test, double scale, int block = 1) {
     check_operator(problem, {motion, depth}, frame_with({-0.375f, 0.125f}, test.jitter), expected, tolerance);
 }
 
-void check_hold(const Case& test, double scale, Storage storage, int block = 1) {
-    CAPTURE(scale);
-    CAPTURE(test.size.width);
-    CAPTURE(test.size.height);
+void check_extremes(graph::Shape size, Storage storage, int stride, int offset) {
+    CAPTURE(size.width);
+    CAPTURE(size.height);
     std::mt19937 random(14);
-    const Size size = scaled(test.size, scale);
-    const graph::Shape render{3, test.size.height, test.size.width}, output{3, size.height, size.width};
-    const Planes color = rounded(random_planes(render, random), storage);
-    const Planes history = rounded(random_planes(output, random, 0, 2), storage);
-    Planes image = random_planes(output, random, -1, 3);
-    std::uniform_int_distribution kinds(0, 20);
-    for (float& value : image.values) {
-        const int kind = kinds(random);
-        if (kind == 0) value = kNan;
-        if (kind == 1) value = kInfinity;
-        if (kind == 2) value = -kInfinity;
-    }
-    image = rounded(image, storage);
+    Planes color = rounded(random_planes(size, random), storage);
+    for (size_t i = 0; i < color.values.size(); i += 37) color.values[i] = kNan;
     runtime::Problem problem;
-    problem.node = {graph::Hold{scale}, {}, output, "hold"};
-    problem.inputs = {part_layout(output, storage, 1, 4, 0), part_layout(render, storage, 1, test.stride, test.offset),
-                      part_layout(output, storage, block, 4 * block * block + 3, 2)};
-    problem.output = part_layout(output, storage, 1, 4, 0);
-    check_operator(problem, {image, color, history}, frame_with(test.jitter, {0.25f, -0.25f}),
-                   expected_hold(image, color, history, scale, test.jitter), 0);
+    problem.node = {graph::Extremes{}, {}, {6, size.height, size.width}, "extremes"};
+    problem.inputs = {part_layout(size, storage, 1, stride, offset)};
+    problem.output = part_layout({6, size.height, size.width}, storage, 1, 8, 0);
+    check_operator(problem, {color}, {}, expected_extremes(color), 0);
 }
 
 }  // namespace
@@ -343,14 +323,11 @@ TEST_CASE("reproject takes no vector across a silhouette") {
     check_reprojection({{1, 11, 13}, {-0.75f, 1.375f}}, 2.0, 2);
 }
 
-TEST_CASE("hold keeps a colour within what the frame and its history show") {
-    for (const Storage storage : {Storage::f32, Storage::f16})
-        for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 4.0}) {
-            check_hold({{1, 23, 47}, {0.375f, -0.4375f}}, scale, storage);
-            check_hold({{1, 9, 70}, {-0.25f, 0.25f}, 27, 5}, scale, storage);
-        }
-    check_hold({{1, 10, 35}, {0.25f, -0.25f}}, 2, Storage::f32, 2);
-    check_hold({{1, 10, 35}, {0.25f, -0.25f}}, 3, Storage::f16, 3);
+TEST_CASE("extremes are those of the pixels around") {
+    for (const Storage storage : {Storage::f32, Storage::f16}) {
+        check_extremes({3, 23, 47}, storage, 4, 0);
+        check_extremes({3, 9, 70}, storage, 27, 5);
+    }
 }
 
 TEST_SUITE("small") {
@@ -370,10 +347,8 @@ TEST_SUITE("small") {
         check_reprojection({{1, 1, 6}, {0, 0}}, 2);
     }
 
-    TEST_CASE("hold of small images") {
-        for (const double scale : {1.0, 1.5, 3.0}) {
-            check_hold({{1, 1, 1}, {0.375f, 0}}, scale, Storage::f32);
-            check_hold({{1, 5, 7}, {0.25f, -0.3125f}}, scale, Storage::f32);
-        }
+    TEST_CASE("extremes of small images") {
+        for (const Size size : {Size{2, 2}, Size{7, 1}, Size{5, 8}})
+            check_extremes({3, size.height, size.width}, Storage::f32, 4, 0);
     }
 }

@@ -44,6 +44,10 @@ double evaluate(const Step& step, int c, const std::vector<std::vector<double>>&
             return operand(0) + operand(1);
         case Step::Function::difference:
             return std::abs(operand(0) - operand(1));
+        case Step::Function::minimum:
+            return operand(0) < operand(1) ? operand(0) : operand(1);
+        case Step::Function::maximum:
+            return operand(0) > operand(1) ? operand(0) : operand(1);
         case Step::Function::product:
             return operand(0) * operand(1);
         case Step::Function::linear: {
@@ -222,6 +226,43 @@ TEST_CASE("zero-upsampled and smaller images are read where they have something"
     check_gathering(4, {12, 7, 5}, {20, 28}, Storage::f32, false);
     check_gathering(3, {3, 5, 7}, {24, 16}, Storage::f32, true);
     check_gathering(2, {4, 3, 37}, {76, 8}, Storage::f16, false);
+}
+
+/// A colour held between tiles' limits, the first of which is a NaN.
+void check_tiles(graph::Shape render, int scale, int block, Storage storage) {
+    CAPTURE(scale);
+    CAPTURE(block);
+    std::mt19937 random(4);
+    const graph::Shape output{render.channels, render.height * scale, render.width * scale};
+    const Planes low = rounded(random_planes(render, random, -1, 0), storage);
+    const Planes high = rounded(random_planes(render, random, 0, 1), storage);
+    Planes image = rounded(random_planes(output, random, -2, 2), storage);
+    image.values[0] = kNan;
+    const Planes expected = planes(output, [&](int c, int x, int y) {
+        const float least = low.at(c, x / scale, y / scale), value = image.at(c, x, y);
+        return std::isnan(value) ? least : std::clamp(value, least, high.at(c, x / scale, y / scale));
+    });
+    runtime::Problem problem;
+    problem.node = {
+        graph::Pointwise{{{Step::Function::maximum, {0, 1}}, {Step::Function::minimum, {3, 2}}}, {4}}, {}, output, ""};
+    problem.inputs = {part_layout(output, storage, block, 4 * block * block, 1), part_layout(output, storage, 1, 8, 0),
+                      part_layout(output, storage, 1, 8, 3)};
+    for (int i : {1, 2}) {
+        problem.inputs[i].samples = scale;
+        problem.inputs[i].tiled = true;
+    }
+    problem.output = part_layout(output, storage, block, 5 * block * block, 0);
+    check_operator(problem, {image, low, high}, {}, expected, 0);
+}
+
+TEST_CASE("tiles are read as the pixels that they are made of") {
+    for (const Storage storage : {Storage::f32, Storage::f16}) {
+        check_tiles({3, 5, 7}, 2, 1, storage);
+        check_tiles({3, 5, 7}, 2, 2, storage);
+        check_tiles({3, 4, 9}, 3, 3, storage);
+        check_tiles({3, 3, 5}, 4, 2, storage);
+        check_tiles({3, 1, 1}, 3, 1, storage);
+    }
 }
 
 TEST_CASE("a clamp lets no NaN through") {

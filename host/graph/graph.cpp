@@ -118,12 +118,19 @@ Value Graph::reproject(Value motion, Value depth, double scale, Size size) {
     return add(Reproject{scale}, {motion, depth}, {2, size.height, size.width}, "reproject");
 }
 
-Value Graph::hold(Value image, Value color, Value history, double scale) {
-    const Shape in = shape(image), before = shape(history);
-    expect(in.channels == 3 && shape(color).channels == 3, "colour is held");
-    expect(before.channels >= 3 && before.height == in.height && before.width == in.width,
-           "history has the image's size");
-    return add(Hold{scale}, {image, color, history}, in, "hold");
+Value Graph::extremes(Value color) {
+    const Shape in = shape(color);
+    expect(in.channels == 3, "colour has extremes");
+    return add(Extremes{}, {color}, {6, in.height, in.width}, "extremes");
+}
+
+Value Graph::hold(Value image, Value color, Value history, int scale) {
+    const Value range = extremes(color);
+    const auto limit = [&](Step::Function function, int first) {
+        return pointwise(function, history, tiles(slice(range, first, 3), scale), "range");
+    };
+    const Value raised = pointwise(Step::Function::maximum, image, limit(Step::Function::minimum, 0), "hold");
+    return pointwise(Step::Function::minimum, raised, limit(Step::Function::maximum, 3), "hold");
 }
 
 Value Graph::warp_sharply(Value history, Value motion, Value color, double scale) {
@@ -208,6 +215,11 @@ Value Graph::warp(Value image, Value motion, Border border, std::string name) {
     const Shape in = shape(image);
     expect(shape(motion) == Shape{2, in.height, in.width}, "one motion vector for each pixel of the image");
     return add(Warp{border, 1, 1}, {image, motion}, in, std::move(name));
+}
+
+Value Graph::tiles(Value image, int scale) {
+    const Shape in = shape(image);
+    return add(Tiles{scale}, {image}, {in.channels, in.height * scale, in.width * scale}, "tiles");
 }
 
 Value Graph::zero_upsample(Value image, int scale) {
@@ -420,7 +432,8 @@ double operations_an_element(Filter filter) {
 bool is_view(const Operator& op) {
     return std::holds_alternative<Slice>(op) || std::holds_alternative<Concat>(op) ||
            std::holds_alternative<SpaceToDepth>(op) || std::holds_alternative<DepthToSpace>(op) ||
-           std::holds_alternative<ZeroUpsample>(op) || std::holds_alternative<Previous>(op);
+           std::holds_alternative<ZeroUpsample>(op) || std::holds_alternative<Tiles>(op) ||
+           std::holds_alternative<Previous>(op);
 }
 
 bool is_in_place(const Operator& op) {
@@ -445,6 +458,7 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
     if (std::holds_alternative<Project>(node.op)) return 3 * elements;
     if (std::holds_alternative<MaxPool>(node.op)) return 3 * elements;
+    if (std::holds_alternative<Extremes>(node.op)) return 4 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
     if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels

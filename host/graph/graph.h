@@ -100,7 +100,9 @@ class Graph {
     Value checked_motion(Value motion, Value depth, Value previous_depth);
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
-    Value hold(Value image, Value color, Value history, double scale);
+    Value extremes(Value color);
+    /// hold(image; colour, history) of docs/history.md.
+    Value hold(Value image, Value color, Value history, int scale);
     Value warp_sharply(Value history, Value motion, Value color, double scale);
     Value sense(Value past, Value depth);
     Value compose(Value color, Value past, Value predicted, double scale);
@@ -108,6 +110,7 @@ class Graph {
                std::string name = "warp");
     /// With one vector a pixel and fallback 0.
     Value warp(Value image, Value motion, Border border, std::string name);
+    Value tiles(Value image, int scale);
     Value zero_upsample(Value image, int scale);
     Value max_pool(Value image, std::string name);
     Value pick(Value image, int scale, std::string name);

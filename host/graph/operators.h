@@ -114,11 +114,9 @@ struct Reproject {
     double scale;
 };
 
-/// hold(image; colour, history) at any real scale from 1, aware of the jitter. Inputs: HR image of 3 channels, colour,
-/// HR history, of whose channels the first three count.
-struct Hold {
-    double scale;
-};
+/// The least (channels 0–2) and the greatest (3–5) of the 3×3 pixels around each, without what is outside the image.
+/// Input: an image of 3 channels.
+struct Extremes {};
 
 // The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
 
@@ -174,6 +172,10 @@ struct Mlaa {};
 inline constexpr float kMlaaThreshold = 1 / 16.0f;
 /// How far along an edge its end is looked for, in pixels.
 inline constexpr int kMlaaReach = 64;
+/// Every pixel as a tile of scale × scale pixels. A view, for pointwise programs alone: each is stored once.
+struct Tiles {
+    int scale;
+};
 /// zero_upsample(x, s, J). A view: the zeros are never stored.
 struct ZeroUpsample {
     int scale;
@@ -258,6 +260,8 @@ struct Step {
         prelu,            // a where it is positive, else coefficient · a; a coefficient for each channel
         sum,              // a + b
         difference,       // |a − b|
+        minimum,          // a where it is smaller, else b, also where a is NaN
+        maximum,          // a where it is greater, else b, also where a is NaN
         product,          // a·b
         round,            // half up, ⌊a + ½⌋
         linear,           // addend + Σ coefficient · operand
@@ -284,8 +288,8 @@ struct Pointwise {
 };
 
 using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, WarpSharply, Sense,
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas, ForemostMotion,
+                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Extremes, WarpSharply, Sense,
                  Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
                  Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
                  Concat, Slice, Convolution, Pointwise>;

@@ -142,6 +142,8 @@ class Planner {
         } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
             const int scale = zero_upsample->scale;
             visit_makers(node.inputs[0], {rows.first / scale, ceil_divide(rows.end, scale)}, visit);
+        } else if (const auto* tiles = std::get_if<graph::Tiles>(&node.op)) {
+            visit_makers(node.inputs[0], {rows.first / tiles->scale, ceil_divide(rows.end, tiles->scale)}, visit);
         } else if (std::holds_alternative<graph::Slice>(node.op) || std::holds_alternative<graph::Concat>(node.op)) {
             for (const Value input : node.inputs) visit_makers(input, rows, visit);
         }

@@ -109,7 +109,7 @@ std::span<const Implementation> previous_depth_implementations();
 std::span<const Implementation> checked_motion_implementations();
 std::span<const Implementation> validity_implementations();
 std::span<const Implementation> reproject_implementations();
-std::span<const Implementation> hold_implementations();
+std::span<const Implementation> extremes_implementations();
 std::span<const Implementation> warp_sharply_implementations();
 std::span<const Implementation> sense_implementations();
 std::span<const Implementation> compose_implementations();

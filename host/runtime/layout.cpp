@@ -33,6 +33,8 @@ bool shows_another(const Node& node) {
     return graph::is_view(node.op) && !is<graph::Concat>(node) && !is<graph::SpaceToDepth>(node);
 }
 
+bool reads_tiles(const Node& node) { return is<graph::Pointwise>(node) || is<graph::Slice>(node); }
+
 bool reads_samples(const Node& node) {
     const auto* convolution = std::get_if<graph::Convolution>(&node.op);
     return is<graph::Pointwise>(node) || is<graph::Warp>(node) || is<graph::Slice>(node) ||
@@ -81,10 +83,11 @@ class Placer {
         return std::nullopt;
     }
 
-    /// Nobody could tell samples from zeros once the frame is over.
+    /// Nobody could tell samples from zeros, or from tiles, once the frame is over.
     void check_readers() const {
         const auto check = [&](Value value) {
-            if (shows_samples(value)) throw std::logic_error("the output and views are stored whole");
+            if (shows_samples(value) || shows_tiles(value))
+                throw std::logic_error("the output and views are stored whole");
         };
         check(graph_.output);
         for (const auto& [name, value] : graph_.views) check(value);
@@ -107,7 +110,9 @@ class Placer {
         const Node& node = graph_.nodes[value];
         const TensorLayout& home = layouts_[value];
         for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position)
-            if (shows_samples(node.inputs[position]) && !reads_samples(node)) return Conflict{value, position};
+            if ((shows_samples(node.inputs[position]) && !reads_samples(node)) ||
+                (shows_tiles(node.inputs[position]) && !reads_tiles(node)))
+                return Conflict{value, position};
         if (is<graph::Concat>(node)) {
             int first = 0;
             for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position) {
@@ -177,6 +182,11 @@ class Placer {
         return is<graph::ZeroUpsample>(node) || (is<graph::Slice>(node) && shows_samples(node.inputs[0]));
     }
 
+    bool shows_tiles(Value value) const {
+        const Node& node = graph_.nodes[value];
+        return is<graph::Tiles>(node) || (is<graph::Slice>(node) && shows_tiles(node.inputs[0]));
+    }
+
     TensorLayout previous_layout(Value value) {
         const graph::State& state = state_of(value);
         TensorLayout layout = place_view(state.next);
@@ -204,6 +214,10 @@ class Placer {
         } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
             if (layout.block != 1) throw std::logic_error("zero-upsampling of blocks");
             layout.samples = zero_upsample->scale;
+        } else if (const auto* tiles = std::get_if<graph::Tiles>(&node.op)) {
+            if (layout.block != 1) throw std::logic_error("tiles of blocks");
+            layout.samples = tiles->scale;
+            layout.tiled = true;
         }
         return layout;
     }

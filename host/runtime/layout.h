@@ -13,7 +13,8 @@ inline size_t bytes_of(Storage storage) { return storage == Storage::f16 ? 2 : 4
 
 /// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels.
 /// With it, concat, slice, space-to-depth and depth-to-space are views of one block of memory. So is zero-upsampling:
-/// `samples` times fewer columns and rows are stored, the samples of a frame; every other pixel is 0.
+/// `samples` times fewer columns and rows are stored, the samples of a frame; every other pixel is 0. Of an image that
+/// is `tiled`, all pixels of a tile of samples × samples are the one that is stored.
 struct TensorLayout {
     int memory = -1;  // index into LayoutPlan::memories
     Storage storage = Storage::f32;
@@ -22,6 +23,7 @@ struct TensorLayout {
     int stride = 0;  // elements from cell to cell
     int offset = 0;  // elements from a cell's start to channel 0
     int samples = 1;
+    bool tiled = false;
     bool previous_samples = false;  // the samples are the frame before's
     int ring = 0;                   // where not all rows of cells are kept: how many, each in the place of row % ring
 

@@ -58,14 +58,17 @@ class Access {
         const std::string x = layout_.width < whole.width ? fmt::format("min(x, {})", layout_.width - 1) : "x";
         const std::string y = layout_.height < whole.height ? fmt::format("min(y, {})", layout_.height - 1) : "y";
         const std::string place =
-            layout_.block == cell_
+            layout_.tiled
+                ? fmt::format("KEPT_ROW({} * {} / {}, {}) * {} + {} * {} / {} * {} + {}", y, cell_, layout_.samples,
+                              layout_.ring, layout_.row(), x, cell_, layout_.samples, layout_.stride, layout_.offset)
+            : layout_.block == cell_
                 ? fmt::format("KEPT_ROW({} / {}, {}) * {} + {} / {} * {} + {}", y, layout_.samples, layout_.ring,
                               layout_.row(), x, layout_.samples, layout_.stride, layout_.offset)
                 : fmt::format("AT_({0} * {2}, {1} * {2}, 0, {3}, {4}, {5}, {6}, {7})", x, y, cell_, layout_.block,
                               layout_.stride, layout_.row(), layout_.offset, layout_.ring);
         std::string code = fmt::format("    global {}{}* {} = {}_image + {};\n", qualifier_, element_type(), pointer_,
                                        pointer_, place);
-        if (layout_.samples == 1) return code;
+        if (layout_.samples == 1 || layout_.tiled) return code;
         return code +
                fmt::format("    const int {0}_is_sample = {1} % {3} == frame.{4}_x && {2} % {3} == frame.{4}_y;\n",
                            pointer_, x, y, layout_.samples, layout_.previous_samples ? "previous_sample" : "sample");
@@ -73,6 +76,7 @@ class Access {
 
     /// Channel c of some of the cell's pixels, which are counted along its rows.
     std::string load(int c, Run pixels) const {
+        if (layout_.tiled) return fmt::format("({})({})", vector_type("float", pixels.width), load_elements(c, 1));
         if (layout_.samples > 1)
             return fmt::format("{}_is_sample ? {} : 0.0f", pointer_, load_elements(element(0, c), 1));
         if (contiguous_pixels()) return load_elements(element(pixels.first, c), pixels.width);
@@ -161,6 +165,10 @@ std::string expression(const Step& step, const std::vector<std::string>& operand
             return fmt::format("{} + {}", operands[0], operands[1]);
         case Step::Function::difference:
             return fmt::format("fabs({} - {})", operands[0], operands[1]);
+        case Step::Function::minimum:
+            return fmt::format("({0} < {1}) ? {0} : {1}", operands[0], operands[1]);
+        case Step::Function::maximum:
+            return fmt::format("({0} > {1}) ? {0} : {1}", operands[0], operands[1]);
         case Step::Function::product:
             return fmt::format("{} * {}", operands[0], operands[1]);
         case Step::Function::linear: {
@@ -308,10 +316,13 @@ int common_block(const Problem& problem) {
     int block = problem.output.block;
     bool agree = true;
     for (const TensorLayout& input : problem.inputs) {
-        agree = agree && (block == 1 || input.block == 1 || input.block == block) && input.samples == 1 &&
-                input.width == problem.output.width && input.height == problem.output.height;
+        agree = agree && (block == 1 || input.block == 1 || input.block == block) &&
+                (input.samples == 1 || input.tiled) && input.width == problem.output.width &&
+                input.height == problem.output.height;
         block = std::max(block, input.block);
     }
+    // All pixels of a block are in one tile.
+    for (const TensorLayout& input : problem.inputs) agree = agree && (!input.tiled || input.samples % block == 0);
     const bool whole = problem.output.width % block == 0 && problem.output.height % block == 0;
     return agree && whole ? block : 0;
 }

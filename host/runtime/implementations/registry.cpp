@@ -28,7 +28,7 @@ struct ByOperator {
     }
     std::span<const Implementation> operator()(const graph::Validity&) const { return validity_implementations(); }
     std::span<const Implementation> operator()(const graph::Reproject&) const { return reproject_implementations(); }
-    std::span<const Implementation> operator()(const graph::Hold&) const { return hold_implementations(); }
+    std::span<const Implementation> operator()(const graph::Extremes&) const { return extremes_implementations(); }
     std::span<const Implementation> operator()(const graph::WarpSharply&) const {
         return warp_sharply_implementations();
     }
@@ -60,6 +60,7 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Plane&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Previous&) const { return {}; }
     std::span<const Implementation> operator()(const graph::ZeroUpsample&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Tiles&) const { return {}; }
     std::span<const Implementation> operator()(const graph::SpaceToDepth&) const { return {}; }
     std::span<const Implementation> operator()(const graph::DepthToSpace&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Concat&) const { return {}; }

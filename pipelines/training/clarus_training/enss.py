@@ -144,7 +144,7 @@ class Enss(nn.Module):
         x = self.layers(self.network_input(frame, past, validity), ahead.kernels).to(color.dtype).contiguous()
         state, alpha, candidate = self.blend(past, x)
         if self.held:
-            output = history.hold(state[:, :3], color, warped[:, :3], s, frame.jitter)
+            output = history.hold(state[:, :3], color, warped[:, :3], s)
             if inside is not None:
                 inside["excess"] = state[:, :3] - output
             state = torch.cat((output, state[:, 3:]), dim=1)

@@ -173,20 +173,9 @@ def nearest_index(u, size):
     return (u.clamp(0, size - 1) + 0.5 + 2**-12).floor().long().clamp(max=size - 1)
 
 
-def nearest(image, scale, size, jitter):
-    """Every output pixel's nearest sample."""
-    batch, channels, height, width = image.shape
-    u, v = output_coordinates(image, scale, size, jitter)
-    column, row = nearest_index(u, width), nearest_index(v, height)
-    if column.shape[0] == 1:
-        return image[:, :, row[0, 0, :, 0]][:, :, :, column[0, 0, 0]]
-    index = (row * width + column).flatten(2).expand(batch, channels, -1)
-    return image.flatten(2).gather(2, index).view(batch, channels, *size)
-
-
-def hold(image, color, history, scale, jitter):
+def hold(image, color, history, scale):
     """The image within what the frame's neighbourhood and the history show, channel by channel."""
-    low, high = (nearest(each, scale, image.shape[-2:], jitter) for each in extremes(color))
+    low, high = (operators.tiles(each, scale) for each in extremes(color))
     low, high = torch.minimum(low, history), torch.maximum(high, history)
     return torch.minimum(torch.maximum(image, low), high)
 

@@ -54,7 +54,7 @@ class Mnss(nn.Module):
         antialiased = color + linear_at_last(self.antialias, seen).to(color.dtype)
         placed = operators.place(blended, antialiased, s, jitter)
         free = placed + linear_at_last(self.reconstruct, placed).to(color.dtype)
-        output = history.hold(free, color, warped, s, jitter) if self.held else free.clamp(0, 1)
+        output = history.hold(free, color, warped, s) if self.held else free.clamp(0, 1)
         if inside is not None:
             inside.update(antialiased=antialiased, excess=free - output)
         return output, (upsampled if "recurrence" in self.without else output, depth)

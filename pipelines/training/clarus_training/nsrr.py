@@ -118,7 +118,7 @@ class Nsrr(nn.Module):
         seen = operators.upsample(frame.color, self.scale, frame.jitter)
         if before:
             seen = ahead[1].warp(before[0], "clamp", seen)
-        output = checks.hold(free, frame.color, seen, self.scale, frame.jitter)
+        output = checks.hold(free, frame.color, seen, self.scale)
         if inside is not None:
             inside["excess"] = free - output
         return output, [output, *maps]

@@ -62,7 +62,7 @@ class Stack(nn.Module):
             output = upsampled + self.run_layers(luma(color)) - luma(upsampled)
         if not self.held:
             return output.clamp(0, 1), None
-        return history.hold(output, color, operators.upsample(color, self.scale), self.scale, frame.jitter), None
+        return history.hold(output, color, operators.upsample(color, self.scale), self.scale), None
 
 
 def luma(image):
