@@ -142,7 +142,7 @@ TEST_CASE("a model that asks for nothing has the published graph") {
         CAPTURE(std::string(name));
         const graph::Graph published = build(golden_model(name));
         CHECK(count<graph::CheckedMotion>(published) + count<graph::Reproject>(published) == 0);
-        CHECK(count<graph::Extremes>(published) == 0);
+        CHECK(count<graph::Range>(published) == 0);
         ModelFile said = golden_model(name);
         said.header["__metadata__"]["history"] = "plain";
         said.header["__metadata__"]["range"] = "unit";
@@ -157,10 +157,10 @@ TEST_CASE("a model's history is checked and its range held where it asks for it"
         CHECK(count<graph::CheckedMotion>(checked) == 1);
         CHECK(count<graph::Reproject>(checked) == 1);
         CHECK(count<graph::Dilate>(checked) + count<graph::UpsampleMotion>(checked) == 0);
-        CHECK(count<graph::Extremes>(checked) == 0);
+        CHECK(count<graph::Range>(checked) == 0);
         CHECK(checked.views.contains("validity"));
         const graph::Graph held = build(asking(name, "plain", "held"));
-        CHECK(count<graph::Extremes>(held) == 1);
+        CHECK(count<graph::Range>(held) == 1);
         CHECK(std::get<graph::Pointwise>(held.nodes[held.output].op).steps.back().function ==
               graph::Step::Function::minimum);
         CHECK(count<graph::CheckedMotion>(held) + count<graph::Reproject>(held) == 0);

@@ -140,17 +140,43 @@ Planes expected_reprojection(const Planes& motion, const Planes& depth, double s
     });
 }
 
-Planes expected_extremes(const Planes& color) {
+Planes expected_range(const Planes& color, const Planes& history, int scale) {
     const graph::Shape& in = color.shape;
-    return planes({6, in.height, in.width}, [&](int c, int x, int y) {
-        float low = kInfinity, high = -kInfinity;
+    const auto extreme = [&](int c, int x, int y, bool greatest) {
+        float found = greatest ? -kInfinity : kInfinity;
         for (int j = y - 1; j <= y + 1; ++j)
             for (int i = x - 1; i <= x + 1; ++i) {
-                if (!is_inside(in, i, j) || std::isnan(color.at(c % 3, i, j))) continue;
-                low = std::min(low, color.at(c % 3, i, j));
-                high = std::max(high, color.at(c % 3, i, j));
+                if (!is_inside(in, i, j) || std::isnan(color.at(c, i, j))) continue;
+                found = greatest ? std::max(found, color.at(c, i, j)) : std::min(found, color.at(c, i, j));
             }
-        return c < 3 ? low : high;
+        return found;
+    };
+    const auto mean = [&](int c, int x, int y) {
+        double sum = 0;
+        for (int j = 0; j < scale; ++j)
+            for (int i = 0; i < scale; ++i) sum += history.at(c, scale * x + i, scale * y + j);
+        return sum / (scale * scale);
+    };
+    return planes({7, in.height, in.width}, [&](int channel, int x, int y) {
+        if (channel < 6) return extreme(channel % 3, x, y, channel >= 3);
+        bool outside = false;
+        for (int c = 0; c < 3; ++c)
+            outside = outside || mean(c, x, y) < extreme(c, x, y, false) - 2.0 / 255 ||
+                      mean(c, x, y) > extreme(c, x, y, true) + 2.0 / 255;
+        return outside ? 1.0f : 0.0f;
+    });
+}
+
+Planes expected_belief(const Planes& range) {
+    return planes({1, range.shape.height, range.shape.width}, [&](int, int x, int y) {
+        int outside = 0, pixels = 0;
+        for (int j = y - 2; j <= y + 2; ++j)
+            for (int i = x - 2; i <= x + 2; ++i) {
+                if (!is_inside(range.shape, i, j)) continue;
+                ++pixels;
+                outside += range.at(6, i, j) > 0;
+            }
+        return 2 * outside <= pixels ? 1.0f : 0.0f;
     });
 }
 
@@ -272,17 +298,28 @@ void check_reprojection(const Case& test, double scale, int block = 1) {
     check_operator(problem, {motion, depth}, frame_with({-0.375f, 0.125f}, test.jitter), expected, tolerance);
 }
 
-void check_extremes(graph::Shape size, Storage storage, int stride, int offset) {
+void check_range(Size size, int scale, Storage storage, int stride, int offset, int block = 1) {
     CAPTURE(size.width);
     CAPTURE(size.height);
+    CAPTURE(scale);
     std::mt19937 random(14);
-    Planes color = rounded(random_planes(size, random), storage);
+    const graph::Shape render{3, size.height, size.width}, output{4, size.height * scale, size.width * scale};
+    Planes color = rounded(random_planes(render, random), storage);
     for (size_t i = 0; i < color.values.size(); i += 37) color.values[i] = kNan;
+    const Planes history = rounded(random_planes(output, random, -0.5f, 1.5f), storage);
+    const Planes expected = expected_range(color, history, scale);
     runtime::Problem problem;
-    problem.node = {graph::Extremes{}, {}, {6, size.height, size.width}, "extremes"};
-    problem.inputs = {part_layout(size, storage, 1, stride, offset)};
-    problem.output = part_layout({6, size.height, size.width}, storage, 1, 8, 0);
-    check_operator(problem, {color}, {}, expected_extremes(color), 0);
+    problem.node = {graph::Range{scale}, {}, expected.shape, "range"};
+    problem.inputs = {part_layout(render, storage, 1, stride, offset),
+                      part_layout(output, storage, block, 4 * block * block + 3, 2)};
+    problem.output = part_layout(expected.shape, storage, 1, 8, 0);
+    check_operator(problem, {color, history}, {}, expected, 0);
+
+    const Planes belief = expected_belief(expected);
+    problem.node = {graph::Believed{}, {}, belief.shape, "believed"};
+    problem.inputs = {part_layout(expected.shape, storage, 1, 8, 0)};
+    problem.output = part_layout(belief.shape, storage, 1, 4, 0);
+    check_operator(problem, {expected}, {}, belief, 0);
 }
 
 }  // namespace
@@ -323,10 +360,10 @@ TEST_CASE("reproject takes no vector across a silhouette") {
     check_reprojection({{1, 11, 13}, {-0.75f, 1.375f}}, 2.0, 2);
 }
 
-TEST_CASE("extremes are those of the pixels around") {
+TEST_CASE("a range is that of the pixels around, and history outside of it is not believed") {
     for (const Storage storage : {Storage::f32, Storage::f16}) {
-        check_extremes({3, 23, 47}, storage, 4, 0);
-        check_extremes({3, 9, 70}, storage, 27, 5);
+        for (const int scale : {1, 2, 3, 4}) check_range({47, 23}, scale, storage, 4, 0);
+        check_range({70, 9}, 2, storage, 27, 5, 2);
     }
 }
 
@@ -347,8 +384,7 @@ TEST_SUITE("small") {
         check_reprojection({{1, 1, 6}, {0, 0}}, 2);
     }
 
-    TEST_CASE("extremes of small images") {
-        for (const Size size : {Size{2, 2}, Size{7, 1}, Size{5, 8}})
-            check_extremes({3, size.height, size.width}, Storage::f32, 4, 0);
+    TEST_CASE("ranges of small images") {
+        for (const Size size : {Size{1, 1}, Size{7, 1}, Size{5, 8}}) check_range(size, 2, Storage::f32, 4, 0);
     }
 }

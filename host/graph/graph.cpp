@@ -118,19 +118,27 @@ Value Graph::reproject(Value motion, Value depth, double scale, Size size) {
     return add(Reproject{scale}, {motion, depth}, {2, size.height, size.width}, "reproject");
 }
 
-Value Graph::extremes(Value color) {
-    const Shape in = shape(color);
-    expect(in.channels == 3, "colour has extremes");
-    return add(Extremes{}, {color}, {6, in.height, in.width}, "extremes");
+Value Graph::range(Value color, Value history, int scale) {
+    const Shape in = shape(color), before = shape(history);
+    expect(in.channels == 3 && before.channels >= 3, "colours have a range");
+    expect(before.height == in.height * scale && before.width == in.width * scale, "history has the output's size");
+    return add(Range{scale}, {color, history}, {7, in.height, in.width}, "range");
+}
+
+Value Graph::believed(Value range) {
+    const Shape in = shape(range);
+    expect(in.channels == 7, "a range says what is outside of it");
+    return add(Believed{}, {range}, {1, in.height, in.width}, "believed");
 }
 
 Value Graph::hold(Value image, Value color, Value history, int scale) {
-    const Value range = extremes(color);
-    const auto limit = [&](Step::Function function, int first) {
-        return pointwise(function, history, tiles(slice(range, first, 3), scale), "range");
-    };
-    const Value raised = pointwise(Step::Function::maximum, image, limit(Step::Function::minimum, 0), "hold");
-    return pointwise(Step::Function::minimum, raised, limit(Step::Function::maximum, 3), "hold");
+    const Value allowed = range(color, history, scale);
+    const Value low = tiles(slice(allowed, 0, 3), scale), high = tiles(slice(allowed, 3, 3), scale);
+    const auto lesser = [&](Value a, Value b) { return pointwise(Step::Function::minimum, a, b, "hold"); };
+    const auto greater = [&](Value a, Value b) { return pointwise(Step::Function::maximum, a, b, "hold"); };
+    const Value inside = lesser(greater(history, low), high);
+    const Value seen = mix(history, inside, tiles(believed(allowed), scale), "hold");
+    return lesser(greater(image, lesser(seen, low)), greater(seen, high));
 }
 
 Value Graph::warp_sharply(Value history, Value motion, Value color, double scale) {
@@ -458,7 +466,8 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
     if (std::holds_alternative<Project>(node.op)) return 3 * elements;
     if (std::holds_alternative<MaxPool>(node.op)) return 3 * elements;
-    if (std::holds_alternative<Extremes>(node.op)) return 4 * elements;
+    if (std::holds_alternative<Range>(node.op)) return 4 * elements;
+    if (std::holds_alternative<Believed>(node.op)) return 10 * elements;
     if (const auto* resample = std::get_if<Resample>(&node.op))
         return operations_an_element(resample->filter) * elements;
     if (std::holds_alternative<Easu>(node.op)) return 110 * elements;  // of it, 12 weights at 19 serve 3 channels

@@ -100,7 +100,8 @@ class Graph {
     Value checked_motion(Value motion, Value depth, Value previous_depth);
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
-    Value extremes(Value color);
+    Value range(Value color, Value history, int scale);
+    Value believed(Value range);
     /// hold(image; colour, history) of docs/history.md.
     Value hold(Value image, Value color, Value history, int scale);
     Value warp_sharply(Value history, Value motion, Value color, double scale);

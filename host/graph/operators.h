@@ -114,9 +114,14 @@ struct Reproject {
     double scale;
 };
 
-/// The least (channels 0–2) and the greatest (3–5) of the 3×3 pixels around each, without what is outside the image.
-/// Input: an image of 3 channels.
-struct Extremes {};
+/// What `hold` confines colours to. Inputs: colour, HR history, of whose channels the first three count. Result, at
+/// render resolution: the least (channels 0–2) and the greatest (3–5) of the 3×3 pixels of colour around each, and 1
+/// where the history is outside of them, else 0 (6).
+struct Range {
+    int scale;
+};
+/// 1 where the history of most of the pixels around is inside its range, else 0. Input: a Range's result.
+struct Believed {};
 
 // The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
 
@@ -289,7 +294,7 @@ struct Pointwise {
 
 using Operator =
     std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Extremes, WarpSharply, Sense,
+                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, WarpSharply, Sense,
                  Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
                  Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
                  Concat, Slice, Convolution, Pointwise>;

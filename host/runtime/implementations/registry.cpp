@@ -28,7 +28,8 @@ struct ByOperator {
     }
     std::span<const Implementation> operator()(const graph::Validity&) const { return validity_implementations(); }
     std::span<const Implementation> operator()(const graph::Reproject&) const { return reproject_implementations(); }
-    std::span<const Implementation> operator()(const graph::Extremes&) const { return extremes_implementations(); }
+    std::span<const Implementation> operator()(const graph::Range&) const { return range_implementations(); }
+    std::span<const Implementation> operator()(const graph::Believed&) const { return believed_implementations(); }
     std::span<const Implementation> operator()(const graph::WarpSharply&) const {
         return warp_sharply_implementations();
     }

@@ -16,6 +16,7 @@ NEARER = 0.02  # of the depth: what is nearer by more has hidden a surface, also
 DEPTH_STEP = 2.0**-16  # of a 16-bit depth
 SILHOUETTE_DEPTH = 0.1  # of the smallest depth
 SILHOUETTE_MOTION = 0.25  # render pixels
+ALLOWED = 2 / 255  # outside the range of what is around
 COUNTED = 1e-3  # the least weight along an axis of a tap that counts
 
 
@@ -173,11 +174,22 @@ def nearest_index(u, size):
     return (u.clamp(0, size - 1) + 0.5 + 2**-12).floor().long().clamp(max=size - 1)
 
 
+def believed(range_, history, scale):
+    """Where most pixels around have a history inside their range, as numbers [N, 1, h, w]; a `range_` of `extremes`."""
+    low, high = range_
+    mean = F.avg_pool2d(history, scale)
+    outside = ((mean < low - ALLOWED) | (mean > high + ALLOWED)).any(dim=1, keepdim=True).to(history)
+    share = F.avg_pool2d(outside, 5, 1, 2, count_include_pad=False)
+    return (share < 0.5 + 1e-3).to(history)  # of at most 25 pixels; the mean is rounded
+
+
 def hold(image, color, history, scale):
-    """The image within what the frame's neighbourhood and the history show, channel by channel."""
-    low, high = (operators.tiles(each, scale) for each in extremes(color))
-    low, high = torch.minimum(low, history), torch.maximum(high, history)
-    return torch.minimum(torch.maximum(image, low), high)
+    """The image within what the frame's neighbourhood and a believed history show, channel by channel."""
+    around = extremes(color)
+    trusted = operators.tiles(believed(around, history, scale), scale) > 0
+    low, high = (operators.tiles(each, scale) for each in around)
+    seen = torch.where(trusted, history, torch.minimum(torch.maximum(history, low), high))
+    return torch.minimum(torch.maximum(image, torch.minimum(low, seen)), torch.maximum(high, seen))
 
 
 class Place(NamedTuple):

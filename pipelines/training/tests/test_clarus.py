@@ -32,6 +32,13 @@ def noisy(scale=2, width=8, middle=1):
     return network
 
 
+def nearest(image, scale, size, jitter):
+    """Every output pixel's nearest sample."""
+    u, v = history.output_coordinates(image, scale, size, jitter)
+    column, row = history.nearest_index(u, image.shape[3]), history.nearest_index(v, image.shape[2])
+    return image[:, :, row[0, 0, :, 0]][:, :, :, column[0, 0, 0]]
+
+
 class Clarus(unittest.TestCase):
     def setUp(self):
         torch.manual_seed(0)
@@ -54,7 +61,7 @@ class Clarus(unittest.TestCase):
         network, state = noisy(), None
         for each in frames(4):
             place = history.places([each], network.scale)[0]
-            low, high = (history.nearest(e, 2, (12, 16), each.jitter) for e in history.extremes(each.color))
+            low, high = (nearest(e, 2, (12, 16), each.jitter) for e in history.extremes(each.color))
             if state is not None:
                 past = clarus.warp_sharply(state[0], place.grid)[:, :3]
                 known = place.has_history() > 0

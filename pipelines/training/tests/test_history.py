@@ -102,14 +102,27 @@ def plain_reproject(motion, depth, scale, motion_jitter):
 
 
 def plain_hold(image, color, past, scale):
+    height, width = color.shape[2:]
+
+    def around(x, y, reach):
+        return slice(max(y - reach, 0), y + reach + 1), slice(max(x - reach, 0), x + reach + 1)
+
+    low, high, outside = torch.zeros_like(color), torch.zeros_like(color), torch.zeros(height, width)
+    for y in range(height):
+        for x in range(width):
+            seen = color[0, :, *around(x, y, 1)].flatten(1)
+            low[0, :, y, x], high[0, :, y, x] = seen.amin(dim=1), seen.amax(dim=1)
+            mean = past[0, :, y * scale : (y + 1) * scale, x * scale : (x + 1) * scale].mean(dim=(1, 2))
+            beyond = torch.maximum(low[0, :, y, x] - mean, mean - high[0, :, y, x])
+            outside[y, x] = float(beyond.max() > 2 / 255)
     result = image.clone()
     for y in range(image.shape[2]):
         for x in range(image.shape[3]):
             i, j = x // scale, y // scale
-            seen = color[0, :, max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2].flatten(1)
-            low = torch.minimum(seen.amin(dim=1), past[0, :, y, x])
-            high = torch.maximum(seen.amax(dim=1), past[0, :, y, x])
-            result[0, :, y, x] = torch.minimum(torch.maximum(image[0, :, y, x], low), high)
+            least, most = low[0, :, j, i], high[0, :, j, i]
+            if outside[around(i, j, 2)].mean() <= 0.5:
+                least, most = torch.minimum(least, past[0, :, y, x]), torch.maximum(most, past[0, :, y, x])
+            result[0, :, y, x] = torch.minimum(torch.maximum(image[0, :, y, x], least), most)
     return result
 
 
