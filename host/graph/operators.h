@@ -96,10 +96,13 @@ struct Fill {
 
 // Checked history and held range: docs/history.md.
 
-/// previous_depth(m, d). Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
+/// previous_depth(m, d), or landed_depth(m, d) of docs/interpolate.md, which is that at a `share` of the way to the
+/// previous frame. Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
 /// depth. Result: 1 channel at render resolution, stored as float, the same whatever the order in which pixels are
 /// seen.
-struct PreviousDepth {};
+struct PreviousDepth {
+    float share = 1;
+};
 
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
@@ -117,6 +120,27 @@ struct Reproject {
 /// hold(image; colour, history) at any real scale from 1, aware of the jitter. Inputs: HR image of 3 channels, colour,
 /// HR history, of whose channels the first three count.
 struct Hold {
+    double scale;
+};
+
+// The frame between two: docs/interpolate.md.
+
+/// landed_source(m, d, L). Inputs: a plane of kNoSource, in whose place the result is written (Graph::landed_source),
+/// motion, depth, landed depth. Result: 1 channel at render resolution, stored as float: numbers of pixels, row by row.
+struct LandedSource {
+    float share;
+};
+/// Beyond the number of any pixel; whole numbers up to it are floats.
+inline constexpr int kNoSource = 1 << 24;
+
+/// middle_motion(m, d, S). Inputs: motion, depth, landed source. Result: kMiddle channels at render resolution, stored
+/// as float: motion, depth, and who shows the pixel, this frame (0), the previous one (1), or nobody knows (½).
+struct MiddleMotion {};
+inline constexpr int kMiddle = 4;
+
+/// between(M, I, I') at any real scale from 1; I in a reset frame. Inputs: middle motion, this frame's colour at output
+/// resolution, the previous frame's.
+struct Between {
     double scale;
 };
 
@@ -285,9 +309,9 @@ struct Pointwise {
 
 using Operator =
     std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, WarpSharply, Sense,
-                 Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
-                 Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
-                 Concat, Slice, Convolution, Pointwise>;
+                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, LandedSource,
+                 MiddleMotion, Between, WarpSharply, Sense, Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen,
+                 OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput,
+                 NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph
