@@ -7,6 +7,7 @@
 
 #include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
+#include "cli/image_folder.h"
 #include "cli/trace.h"
 #include "io/sequence.h"
 #include "metrics/quality.h"
@@ -22,10 +23,7 @@ struct FrameOutput {
     bool interpolated = false;       // with pictures in between
 
     std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
-    /// The picture between a frame and the one before it: by name it comes between theirs.
-    std::filesystem::path file_before(const std::string& frame) const {
-        return folder / (frame + "-before" + extension);
-    }
+    std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }
     std::filesystem::path view_folder(const std::string& view) const { return folder / "views" / view; }
     std::filesystem::path view_file(const std::string& view, const std::string& frame) const {
         return view_folder(view) / (frame + ".png");

@@ -45,15 +45,15 @@ Lowered lower_between(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "between";
     call.options = fmt::format(
-        "{} {} {}", layout_options("MIDDLE", problem.inputs[0]),
+        "{} {} {} -DSTRIP={}", layout_options("MIDDLE", problem.inputs[0]),
         image_options({{"COLOR", problem.inputs[1]}, {"PREVIOUS", problem.inputs[2]}, {"OUT", problem.output}}),
-        scale_options(std::get<graph::Between>(problem.node.op).scale));
+        scale_options(std::get<graph::Between>(problem.node.op).scale), choices.at("STRIP"));
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},
                       {ArgumentKind::output},
                       {ArgumentKind::frame}};
-    call.global = pixels(problem.output);
+    call.global = strips(problem.output, choices);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
 }
@@ -71,7 +71,7 @@ std::span<const Implementation> middle_motion_implementations() {
 }
 
 std::span<const Implementation> between_implementations() {
-    static const Implementation implementations[] = {{"between", obvious, group_choices, lower_between}};
+    static const Implementation implementations[] = {{"between", obvious, strip_choices, lower_between}};
     return implementations;
 }
 
