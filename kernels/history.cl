@@ -1,8 +1,10 @@
-// previous_depth(m, d), checked_motion(m, d, P) and validity(m) of docs/history.md, a work-item for each render pixel.
-// All images are float, but that validity is stored as images are.
+// previous_depth(m, d), checked_motion(m, d, P) and validity(m) of docs/history.md, and landed_depth(m, d) and
+// landed_source(m, d, L) of docs/interpolate.md, a work-item for each render pixel. All images are float, but that
+// validity is stored as images are.
 //
-// Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_*; OUT holds ones
-// before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
+// Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_* and SHARE, of the way
+// to the previous frame; OUT holds ones before), LANDED_SOURCE (with DEPTH_*, LANDED_* and SHARE; OUT holds a number
+// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
 
 #define REACHED 0.1f               // the bilinear weight from which on a pixel's depth is that of a neighbour too
 #define NEARER 0.02f               // of the depth: what is nearer by less hides nothing
@@ -16,8 +18,25 @@ INLINE Coordinate moved(int x, float shift) {
     return result;
 }
 
+#ifdef SHARE
+// Where pixel (x, y) is at SHARE of its way to the previous frame, and whether that can be inside the image: an invalid
+// vector is not a number, and so not inside; neither is one too long for an int.
+INLINE int lands(global const float* motion, int x, int y, Frame frame, Coordinate* u, Coordinate* v) {
+    const float shift_x = frame.jitter_x + SHARE * motion[AT(MOTION, x, y, 0)];
+    const float shift_y = frame.jitter_y + SHARE * motion[AT(MOTION, x, y, 1)];
+    if (!(shift_x >= -1.0f - x && shift_x < OUT_WIDTH - x && shift_y >= -1.0f - y && shift_y < OUT_HEIGHT - y))
+        return 0;
+    *u = moved(x, shift_x);
+    *v = moved(y, shift_y);
+    return 1;
+}
+
+// Depths are not negative, so that their bits are ordered as they are.
+INLINE int ordered_bits(float depth) { return max(as_int(depth), 0); }  // of −0 too
+#endif
+
 #ifdef PREVIOUS_DEPTH
-// Depths are not negative, so that their bits are ordered as they are. The least does not depend on who comes first.
+// The least does not depend on who comes first.
 INLINE void reach(volatile global int* out, int x, int y, float weight, int depth) {
     if (weight > REACHED && INSIDE(OUT, x, y)) atomic_min(out + AT(OUT, x, y, 0), depth);
 }
@@ -27,16 +46,37 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void previous_depth(
                                                                                 volatile global int* out, Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const float shift_x = frame.jitter_x + motion[AT(MOTION, x, y, 0)];
-    const float shift_y = frame.jitter_y + motion[AT(MOTION, x, y, 1)];
-    // An invalid vector is not a number, and so not inside; neither is one too long for an int.
-    if (!(shift_x >= -1.0f - x && shift_x < OUT_WIDTH - x && shift_y >= -1.0f - y && shift_y < OUT_HEIGHT - y)) return;
-    const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
-    const int bits = max(as_int(depth[AT(DEPTH, x, y, 0)]), 0);  // −0 too
+    Coordinate u, v;
+    if (!lands(motion, x, y, frame, &u, &v)) return;
+    const int bits = ordered_bits(depth[AT(DEPTH, x, y, 0)]);
     reach(out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits);
     reach(out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits);
     reach(out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits);
     reach(out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits);
+}
+#endif
+
+#ifdef LANDED_SOURCE
+// Numbers of pixels are whole and not negative: as floats they are ordered as their bits are.
+INLINE void claim(global const int* landed, volatile global int* out, int x, int y, float weight, int depth,
+                  int number) {
+    if (weight > REACHED && INSIDE(OUT, x, y) && landed[AT(LANDED, x, y, 0)] == depth)
+        atomic_min(out + AT(OUT, x, y, 0), number);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(global const float* motion,
+                                                                               global const float* depth,
+                                                                               global const int* landed,
+                                                                               volatile global int* out, Frame frame) {
+    const int x = get_global_id(0), y = get_global_id(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+    Coordinate u, v;
+    if (!lands(motion, x, y, frame, &u, &v)) return;
+    const int bits = ordered_bits(depth[AT(DEPTH, x, y, 0)]), number = as_int((float)(y * OUT_WIDTH + x));
+    claim(landed, out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits, number);
+    claim(landed, out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits, number);
+    claim(landed, out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits, number);
+    claim(landed, out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits, number);
 }
 #endif
 

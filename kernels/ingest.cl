@@ -1,10 +1,11 @@
 // The caller's colour, depth and motion into their canonical form (conventions.md), and the planes of the jitter and
 // the scale: one pass over the frame.
 //
-// Options: WIDTH, HEIGHT (render resolution); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*
-// of what the pipeline uses, each but motion with a …_STORAGE (half or float); for each resource T of them the caller's
-// format, RAW_T (uchar, half or float) and RAW_T_COMPONENTS; LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A
-// resource's place is (bytes to its first pixel, bytes from row to row).
+// Options: WIDTH, HEIGHT (of the largest; depth and motion may be smaller than colour); the layouts COLOR_*, DEPTH_*,
+// MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_* of what the pipeline uses, each but motion with a …_STORAGE (half or
+// float); for each resource T of them the caller's format, RAW_T (uchar, half or float) and RAW_T_COMPONENTS;
+// LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is (bytes to its first pixel, bytes from row to
+// row).
 
 // Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
 #define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
@@ -90,7 +91,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #ifdef MOTION_WIDTH
     global const RAW_MOTION* motion_row =
         (global const RAW_MOTION*)(raw_motion + motion_place.x + (size_t)y * motion_place.y);
-    const float longest_squared = (float)WIDTH * WIDTH + (float)HEIGHT * HEIGHT;
+    const float longest_squared = (float)MOTION_WIDTH * MOTION_WIDTH + (float)MOTION_HEIGHT * MOTION_HEIGHT;
 #endif
 
 #pragma unroll
@@ -103,7 +104,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
             WRITE(COLOR, colors[4 * i + 2], color, 2);
 #endif
 #ifdef DEPTH_WIDTH
-            WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
+            if (INSIDE(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
 #endif
 #ifdef JITTER_X_WIDTH
             WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
@@ -115,6 +116,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
             WRITE(SCALE, frame.scale, scale, 0);
 #endif
 #ifdef MOTION_WIDTH
+            if (!INSIDE(MOTION, x, y)) continue;
             const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
             const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
             const bool valid = is_finite(motion_x) && is_finite(motion_y) &&

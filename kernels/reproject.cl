@@ -4,19 +4,8 @@
 // Options: MOTION_*, DEPTH_*, OUT_* (layouts), SCALE, SCALE_REST (s as the sum of two floats), SHIFT_X, SHIFT_Y (J_m,
 // as an expression in `frame`).
 
-#define COUNTED 1e-3f            // the weight along an axis from which on a tap counts
 #define SILHOUETTE_DEPTH 0.1f    // of the smallest depth
 #define SILHOUETTE_MOTION 0.25f  // render pixels
-
-// The taps of HR column or row x; those that do not count have weight 0.
-inline Taps counted_taps(int x, float jitter, int size) {
-    const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
-    const int outside = u.whole < 0 || u.whole >= size - 1;
-    Taps taps = clamped_taps(clamp(u.whole, 0, size - 1), outside ? 0 : u.fraction, size);
-    if (!(taps.first_weight > COUNTED)) taps.first_weight = 0;
-    if (!(taps.second_weight > COUNTED)) taps.second_weight = 0;
-    return taps;
-}
 
 INLINE float2 reprojected(global const float* motion, global const float* depth, Taps tx, Taps ty) {
     float2 mean = 0, low = INFINITY, high = -INFINITY, foremost = NAN, largest = NAN;
@@ -67,7 +56,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(globa
                                                                            Frame frame) {
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const Taps tx = counted_taps(x, SHIFT_X, MOTION_WIDTH), ty = counted_taps(y, SHIFT_Y, MOTION_HEIGHT);
+    const Taps tx = counted_taps(x, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH),
+               ty = counted_taps(y, SCALE, SCALE_REST, SHIFT_Y, MOTION_HEIGHT);
     store_vector(reprojected(motion, depth, tx, ty), out, x, y);
 }
 
@@ -122,11 +112,11 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
                                                                                  global float* out, Frame frame) {
     const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
-    const int first = counted_taps(x0, SHIFT_X, MOTION_WIDTH).first;
+    const int first = counted_taps(x0, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH).first;
     int place[PIXELS];
     float4 weights[PIXELS];
     for (int i = 0; i < pixels; ++i) {
-        const Taps tx = counted_taps(x0 + i, SHIFT_X, MOTION_WIDTH);
+        const Taps tx = counted_taps(x0 + i, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH);
         place[i] = tx.first - first;
         weights[i] = (float4)(tx.first_weight, tx.first_weight, tx.second_weight, tx.second_weight);
     }
@@ -134,7 +124,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
     int plain[SPAN], all_plain = 0;
     int row_above = -1, row_below = -1;  // that have been read
     for (int row = 0; row < rows; ++row) {
-        const Taps ty = counted_taps(y0 + row, SHIFT_Y, MOTION_HEIGHT);
+        const Taps ty = counted_taps(y0 + row, SCALE, SCALE_REST, SHIFT_Y, MOTION_HEIGHT);
         if (ty.first != row_above) {
             if (ty.first == row_below) {
                 for (int i = 0; i < 2 * SPAN; ++i) above[i] = below[i];
@@ -154,7 +144,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
             const float4 weighted = weights[i] * vload4(0, between + 2 * place[i]);
             float2 vector = weighted.lo + weighted.hi;
             if (!all_plain && !plain[place[i]])
-                vector = reprojected(motion, depth, counted_taps(x0 + i, SHIFT_X, MOTION_WIDTH), ty);
+                vector = reprojected(motion, depth, counted_taps(x0 + i, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH), ty);
             store_vector(vector, out, x0 + i, y0 + row);
         }
     }

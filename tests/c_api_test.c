@@ -18,10 +18,11 @@ enum { WIDTH = 13, HEIGHT = 9, SCALE = 2 };
 
 int main(void) {
     static float color[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT], motion[WIDTH * HEIGHT * 2];
-    static float output[WIDTH * SCALE * HEIGHT * SCALE * 3];
+    static float output[WIDTH * SCALE * HEIGHT * SCALE * 3], between[WIDTH * SCALE * HEIGHT * SCALE * 3];
     clarus_device* device = NULL;
     clarus_model* model = NULL;
     clarus_upscaler* upscaler = NULL;
+    clarus_interpolator* interpolator = NULL;
     clarus_options options = clarus_default_options();
     clarus_frame frame = clarus_default_frame();
     int width = 0, height = 0;
@@ -44,6 +45,10 @@ int main(void) {
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
     clarus_model_release(model);
+    CHECK(clarus_interpolator_create(device, WIDTH, HEIGHT, WIDTH - 1, HEIGHT, &options, &interpolator) ==
+          CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_interpolator_create(device, WIDTH, HEIGHT, WIDTH * SCALE, HEIGHT * SCALE, &options, &interpolator) ==
+          CLARUS_OK);
     clarus_device_release(device);
     clarus_upscaler_output_size(upscaler, &width, &height);
     CHECK(width == WIDTH * SCALE && height == HEIGHT * SCALE);
@@ -66,5 +71,20 @@ int main(void) {
     CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
     for (i = 0; i < sizeof(output) / sizeof(*output); ++i) CHECK(output[i] >= 0 && output[i] <= 1);
     clarus_upscaler_release(upscaler);
+
+    /* What does not move is in between what it is before and after. */
+    frame.color.host = output;
+    CHECK(clarus_interpolator_submit(interpolator, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "color"));
+    frame.color.width = width;
+    frame.color.height = height;
+    frame.output.host = between;
+    CHECK(clarus_interpolator_memory(interpolator).arena > 0);
+    CHECK(clarus_interpolator_prepare(interpolator) == CLARUS_OK);
+    for (i = 0; i < 2; ++i) CHECK(clarus_interpolator_submit(interpolator, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_interpolator_wait(interpolator) == CLARUS_OK);
+    CHECK(memcmp(between, output, sizeof(output)) == 0);
+    clarus_interpolator_reset(interpolator);
+    clarus_interpolator_release(interpolator);
     return EXIT_SUCCESS;
 }

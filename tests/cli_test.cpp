@@ -197,6 +197,22 @@ TEST_CASE("upscale --frames takes a part, which starts anew") {
     check_refused(untouched, untouched.upscale("bicubic", {"--frames", "2:5"}), "--frames 2:5");
 }
 
+TEST_CASE("upscale --frame-rate x2 writes a picture before each frame but the first") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::string without = io::read_file(place.output() / "0002.png");
+    REQUIRE(place.upscale("bicubic", {"--frame-rate", "x2"}).exit_code == 0);
+    std::set<std::string> names = all_png;
+    names.insert({"0001-before.png", "0002-before.png", "0003-before.png"});
+    CHECK(place.outputs() == names);
+    CHECK(std::string("0001-before.png") < "0001.png");  // sorted by name they are in the order of time
+    CHECK(io::read_file(place.output() / "0002.png") == without);
+    CHECK(io::read_image_header(place.output() / "0001-before.png").size == output_size);
+    // Compared are the frames that have references.
+    CHECK(run_tool({"compare", place.output().string(), place.sequence().string()}).err == "");
+    CHECK(contains(place.upscale("bicubic", {"--frame-rate", "x3"}).err, "x3"));
+}
+
 TEST_CASE("upscale of linear HDR writes linear EXR and refuses PNG") {
     const Workplace place(ColorSpace::linear);
     check_refused(place, place.upscale("bilinear", {"--format", "png"}), "--format exr");

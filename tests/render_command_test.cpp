@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "clarus/error.h"
 #include "clarus/jitter.h"
 #include "io/file.h"
+#include "io/image.h"
 #include "io/sequence.h"
 #include "render_harness.h"
 #include "temporary_folder.h"
@@ -73,6 +75,30 @@ TEST_CASE("clarus render writes a sequence that the readers take, the same each 
     CHECK(studio.read("b").frames.size() == 2);
     studio.render("b", {"--first-frame", "1", "--force"});
     CHECK(io::read_file(studio.folder / "b/color/0000.png") == io::read_file(studio.folder / "a/color/0001.png"));
+}
+
+TEST_CASE("clarus render takes every Nth frame, with the motion between those taken") {
+    const Studio studio;
+    studio.render("all", {"--frames", "5"});
+    studio.render("some", {"--frames", "3", "--frame-step", "2"});
+    const io::Sequence sequence = studio.read("some");
+    CHECK(sequence.frame_rate == 30);
+    REQUIRE(sequence.frames.size() == 3);
+    CHECK(sequence.frames[1].jitter == halton_jitter(1, 16));
+    CHECK(io::read_file(studio.folder / "some/reference/0001.png") ==
+          io::read_file(studio.folder / "all/reference/0002.png"));
+
+    // A vector over two frames is about as long as both over one frame are together.
+    const auto mean_length = [&](const char* file) {
+        const io::Pixels motion = io::read_image(studio.folder / file);
+        double sum = 0;
+        for (int y = 0; y < motion.size.height; ++y)
+            for (int x = 0; x < motion.size.width; ++x) sum += std::hypot(motion.at(x, y, 0), motion.at(x, y, 1));
+        return sum / (motion.size.width * motion.size.height);
+    };
+    const double both = mean_length("all/motion/0003.exr") + mean_length("all/motion/0004.exr");
+    CHECK(mean_length("some/motion/0002.exr") == doctest::Approx(both).epsilon(0.1));
+    CHECK_THROWS_WITH_AS(studio.render("none", {"--frame-step", "0"}), Contains("--frame-step"), Error);
 }
 
 TEST_CASE("clarus render has the demo built in") {

@@ -7,6 +7,7 @@
 
 #include "clarus/clarus.h"
 #include "clarus/error.h"
+#include "clarus/interpolator.h"
 #include "clarus/log.h"
 #include "clarus/upscaler.h"
 
@@ -18,6 +19,10 @@ struct clarus_model {
 };
 struct clarus_upscaler {
     clarus::Upscaler upscaler;
+    std::optional<clarus::FrameEvent> last;
+};
+struct clarus_interpolator {
+    clarus::Interpolator interpolator;
     std::optional<clarus::FrameEvent> last;
 };
 
@@ -86,6 +91,47 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     if (!(from.sharpness < 0)) options.sharpness = from.sharpness;
     if (from.previous_frames >= 0) options.previous_frames = from.previous_frames;
     return options;
+}
+
+clarus::InterpolatorOptions interpolator_options_from(const clarus_options& from) {
+    const clarus::UpscalerOptions given = options_from(from);
+    clarus::InterpolatorOptions options;
+    options.precision = given.precision;
+    options.tuning = given.tuning;
+    options.color_space = given.color_space;
+    options.depth = given.depth;
+    options.motion = given.motion;
+    options.color_format = given.color_format;
+    options.depth_format = given.depth_format;
+    options.motion_format = given.motion_format;
+    options.output_format = given.output_format;
+    return options;
+}
+
+clarus::FrameDescription frame_from(const clarus_frame& from) {
+    clarus::FrameDescription frame;
+    frame.color = image(from.color);
+    frame.depth = image(from.depth);
+    frame.motion = image(from.motion);
+    frame.jitter = {from.jitter_x, from.jitter_y};
+    frame.exposure = from.exposure;
+    frame.near_plane = from.near_plane;
+    frame.far_plane = from.far_plane;
+    frame.reset = from.reset != 0;
+    frame.output = image(from.output);
+    frame.wait_for = {from.wait_for, from.wait_for_count};
+    return frame;
+}
+
+/// `done` may be null.
+void hand_out(const clarus::FrameEvent& event, cl_event* done) {
+    if (!done) return;
+    *done = event.get();
+    clRetainEvent(*done);
+}
+
+clarus_memory memory(const clarus::MemoryRequirements& from) {
+    return {from.weights, from.arena, from.live_at_worst, from.staging};
 }
 
 }  // namespace
@@ -161,8 +207,7 @@ void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, in
 }
 
 clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler) {
-    const clarus::MemoryRequirements memory = upscaler->upscaler.memory_requirements();
-    return {memory.weights, memory.arena, memory.live_at_worst, memory.staging};
+    return memory(upscaler->upscaler.memory_requirements());
 }
 
 clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler) {
@@ -171,21 +216,8 @@ clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler) {
 
 clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* from, cl_event* done) {
     return guarded([&] {
-        clarus::FrameDescription frame;
-        frame.color = image(from->color);
-        frame.depth = image(from->depth);
-        frame.motion = image(from->motion);
-        frame.jitter = {from->jitter_x, from->jitter_y};
-        frame.exposure = from->exposure;
-        frame.near_plane = from->near_plane;
-        frame.far_plane = from->far_plane;
-        frame.reset = from->reset != 0;
-        frame.output = image(from->output);
-        frame.wait_for = {from->wait_for, from->wait_for_count};
-        upscaler->last = upscaler->upscaler.submit(frame);
-        if (!done) return;
-        *done = upscaler->last->get();
-        clRetainEvent(*done);
+        upscaler->last = upscaler->upscaler.submit(frame_from(*from));
+        hand_out(*upscaler->last, done);
     });
 }
 
@@ -196,5 +228,42 @@ clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler) {
 }
 
 void clarus_upscaler_reset(clarus_upscaler* upscaler) { upscaler->upscaler.reset(); }
+
+clarus_status clarus_interpolator_create(const clarus_device* device, int render_width, int render_height,
+                                         int output_width, int output_height, const clarus_options* options,
+                                         clarus_interpolator** interpolator) {
+    return guarded([&] {
+        const clarus_options used = options ? *options : clarus_default_options();
+        *interpolator = new clarus_interpolator{
+            clarus::Interpolator(device->device, {render_width, render_height}, {output_width, output_height},
+                                 interpolator_options_from(used)),
+            {}};
+    });
+}
+
+void clarus_interpolator_release(clarus_interpolator* interpolator) { delete interpolator; }
+
+clarus_memory clarus_interpolator_memory(const clarus_interpolator* interpolator) {
+    return memory(interpolator->interpolator.memory_requirements());
+}
+
+clarus_status clarus_interpolator_prepare(clarus_interpolator* interpolator) {
+    return guarded([&] { interpolator->interpolator.prepare(); });
+}
+
+clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, const clarus_frame* from, cl_event* done) {
+    return guarded([&] {
+        interpolator->last = interpolator->interpolator.submit(frame_from(*from));
+        hand_out(*interpolator->last, done);
+    });
+}
+
+clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator) {
+    return guarded([&] {
+        if (interpolator->last) interpolator->last->wait();
+    });
+}
+
+void clarus_interpolator_reset(clarus_interpolator* interpolator) { interpolator->interpolator.reset(); }
 
 }  // extern "C"

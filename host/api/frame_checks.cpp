@@ -86,12 +86,12 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
     }
 }
 
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output, Needs needs,
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context) {
-    check_image("color", frame.color, options.color_format, render, context);
-    if (needs.depth) check_image("depth", frame.depth, options.depth_format, render, context);
-    if (needs.motion) check_image("motion", frame.motion, options.motion_format, render, context);
-    check_image("output", frame.output, options.output_format, output, context);
+    check_image("color", frame.color, options.color_format, sizes.color, context);
+    if (needs.depth) check_image("depth", frame.depth, options.depth_format, sizes.render, context);
+    if (needs.motion) check_image("motion", frame.motion, options.motion_format, sizes.render, context);
+    check_image("output", frame.output, options.output_format, sizes.output, context);
     if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
         fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
              frame.jitter.x, frame.jitter.y);
@@ -100,11 +100,11 @@ void check_frame(const FrameDescription& frame, const UpscalerOptions& options, 
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);
-    check_optional("reactive_mask", frame.reactive_mask, render, output);
-    check_optional("transparency_mask", frame.transparency_mask, render, output);
-    check_optional("opaque_color", frame.opaque_color, render, output);
-    check_optional("hudless_color", frame.hudless_color, render, output);
-    check_optional("ui", frame.ui, render, output);
+    check_optional("reactive_mask", frame.reactive_mask, sizes.render, sizes.output);
+    check_optional("transparency_mask", frame.transparency_mask, sizes.render, sizes.output);
+    check_optional("opaque_color", frame.opaque_color, sizes.render, sizes.output);
+    check_optional("hudless_color", frame.hudless_color, sizes.render, sizes.output);
+    check_optional("ui", frame.ui, sizes.render, sizes.output);
 }
 
 int sample_position(double jitter, int scale) {

@@ -13,8 +13,13 @@ struct Needs {
     bool depth, motion;
 };
 
+/// What sizes a frame's images must have: colour; depth and motion (`render`); the output.
+struct FrameSizes {
+    Size color, render, output;
+};
+
 /// Errors: invalid_argument, naming the field of the frame description. Buffers must be of `context` and large enough.
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, Size render, Size output, Needs needs,
+void check_frame(const FrameDescription& frame, const UpscalerOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context);
 
 /// One coordinate of q (conventions.md, "Sample position").

@@ -125,7 +125,10 @@ class Result {
     void warn_of_unused(std::span<const Reference> references, const SequenceOptions& options) const {
         if (!options.frames.is_all()) return;
         std::map<std::string, std::filesystem::path> unused = images_;
-        for (const Reference& reference : references) unused.erase(reference.name);
+        for (const Reference& reference : references) {
+            unused.erase(reference.name);
+            unused.erase(name_before(reference.name));  // which has none, and is not missed
+        }
         if (!unused.empty())
             log(LogLevel::warning,
                 "{} of the {} images in {} have no reference in {} and are left out; the first is {}", unused.size(),

@@ -27,7 +27,7 @@ struct Slot {
     }
 
     io::FramePixels input;
-    io::Pixels output;
+    io::Pixels output, before;  // before: interpolated
     std::map<std::string, io::Pixels> views;
     FrameResult* result = nullptr;
     const io::FrameFiles* files = nullptr;
@@ -41,13 +41,15 @@ Image image(io::Pixels& pixels) {
 
 class FrameLoop {
   public:
-    FrameLoop(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output, Trace& trace)
+    FrameLoop(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator, const FrameOutput& output,
+              Trace& trace)
         : sequence_(sequence),
           upscaler_(upscaler),
+          interpolator_(interpolator),
           output_(output),
           trace_(trace),
-          reader_(sequence, 0, sequence.frames.size(), upscaler.needs_depth() || upscaler.needs_motion(),
-                  output.measure),
+          reader_(sequence, 0, sequence.frames.size(),
+                  interpolator || upscaler.needs_depth() || upscaler.needs_motion(), output.measure),
           results_(sequence.frames.size()) {}
 
     std::vector<FrameResult> run() {
@@ -79,10 +81,10 @@ class FrameLoop {
         slot.input = std::move(reader_.next()->pixels);
         const Size size = upscaler_.output_size();
         slot.output = {size, 3, std::vector<float>(static_cast<size_t>(size.width) * size.height * 3)};
+        if (interpolator_) slot.before = slot.output;
     }
 
-    void submit(Slot& slot) {
-        const Trace::Span span(trace_, Trace::Track::main, "submit", slot.files->name);
+    static FrameDescription description(Slot& slot) {
         FrameDescription frame;
         frame.color = image(slot.input.color);
         frame.depth = image(slot.input.depth);
@@ -93,6 +95,12 @@ class FrameLoop {
         frame.far_plane = slot.files->far_plane;
         frame.reset = slot.files->reset;
         frame.camera = slot.files->camera;
+        return frame;
+    }
+
+    void submit(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "submit", slot.files->name);
+        FrameDescription frame = description(slot);
         frame.output = image(slot.output);
         slot.event = upscaler_.submit(frame);
         for (const std::string& name : output_.views)
@@ -106,7 +114,16 @@ class FrameLoop {
         }
         slot.result->invalid_motion_vectors = slot.event->invalid_motion_vectors();
         slot.event.reset();
+        if (interpolator_) interpolate(slot);
         slot.written = std::async(std::launch::async, [this, &slot] { write(slot); });
+    }
+
+    void interpolate(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "interpolate", slot.files->name);
+        FrameDescription frame = description(slot);
+        frame.color = image(slot.output);
+        frame.output = image(slot.before);
+        interpolator_->submit(frame).wait();
     }
 
     void write(Slot& slot) {
@@ -117,14 +134,17 @@ class FrameLoop {
             };
             slot.result->quality = metrics::measure(display(slot.output), display(slot.input.reference));
         }
-        io::write_image(slot.result->file, slot.output,
-                        output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8);
+        const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
+        io::write_image(slot.result->file, slot.output, type);
+        if (interpolator_ && slot.files != &sequence_.frames.front())
+            io::write_image(output_.file_before(slot.files->name), slot.before, type);
         for (const auto& [name, picture] : slot.views)
             io::write_image(output_.view_file(name, slot.files->name), picture, io::SampleType::u8);
     }
 
     const io::Sequence& sequence_;
     Upscaler& upscaler_;
+    Interpolator* interpolator_;
     const FrameOutput& output_;
     Trace& trace_;
     io::FrameReader reader_;
@@ -135,9 +155,9 @@ class FrameLoop {
 
 }  // namespace
 
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output,
-                                        Trace& trace) {
-    return FrameLoop(sequence, upscaler, output, trace).run();
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator,
+                                        const FrameOutput& output, Trace& trace) {
+    return FrameLoop(sequence, upscaler, interpolator, output, trace).run();
 }
 
 }  // namespace clarus::cli

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
+#include "cli/image_folder.h"
 #include "cli/trace.h"
 #include "io/sequence.h"
 #include "metrics/quality.h"
@@ -18,8 +20,10 @@ struct FrameOutput {
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
     bool measure = true;             // compare with references where the sequence has them
+    bool interpolated = false;       // with pictures in between
 
     std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
+    std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }
     std::filesystem::path view_folder(const std::string& view) const { return folder / "views" / view; }
     std::filesystem::path view_file(const std::string& view, const std::string& frame) const {
         return view_folder(view) / (frame + ".png");
@@ -34,8 +38,9 @@ struct FrameResult {
 };
 
 /// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, while the
-/// device works on one. Existing files of the same name are replaced.
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, const FrameOutput& output,
-                                        Trace& trace);
+/// device works on one. Existing files of the same name are replaced. Where there is an `interpolator`, it makes a
+/// picture before each frame but the first.
+std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator,
+                                        const FrameOutput& output, Trace& trace);
 
 }  // namespace clarus::cli

@@ -37,6 +37,8 @@ std::filesystem::path require_image(const std::map<std::string, std::filesystem:
     return found->second;
 }
 
+std::string name_before(const std::string& frame) { return frame + "-before"; }
+
 std::string name_of(const std::filesystem::path& path) {
     const std::filesystem::path normal = std::filesystem::absolute(path).lexically_normal();
     return (normal.has_filename() ? normal : normal.parent_path()).filename().string();

@@ -71,6 +71,7 @@ void keep_what_there_is(const std::filesystem::path& sequence_path, const io::Se
     if (model.tensors()) taken.add(model.tensors()->path(), "the model");
     for (const io::FrameFiles& frame : sequence.frames) {
         taken.add(output.file(frame.name), "an image of --output");
+        if (output.interpolated) taken.add(output.file_before(frame.name), "an image of --output");
         for (const std::string& view : output.views)
             taken.add(output.view_file(view, frame.name), "a picture of --view");
     }

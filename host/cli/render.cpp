@@ -31,7 +31,7 @@ struct Options {
     std::string depth, motion_at;  // empty: as the layout has it
     io::Layout layout = io::Layout::native;
     double scale = 2, far_plane = 250;
-    int frames = 12, first_frame = 0, path = 1, samples = 1, reference_samples = 16, threads = 0;
+    int frames = 12, first_frame = 0, frame_step = 1, path = 1, samples = 1, reference_samples = 16, threads = 0;
     bool reversed = false, motion_jittered = false, no_reference = false, output_buffers = false;
     bool hdr = false, force = false;
     std::filesystem::path output;
@@ -102,7 +102,7 @@ io::Sequence sequence_of(const Options& options, const io::OutputLayout& layout)
     io::Sequence sequence;
     sequence.render_size = render_size(options.size);
     sequence.scale = options.scale;
-    sequence.frame_rate = render::frame_rate;
+    sequence.frame_rate = static_cast<double>(render::frame_rate) / options.frame_step;
     sequence.color_space = options.hdr ? ColorSpace::linear : ColorSpace::srgb;
     sequence.depth = {.projective = options.depth == "projective", .reversed = options.reversed};
     sequence.motion.jittered = options.motion_jittered;
@@ -154,6 +154,7 @@ nlohmann::ordered_json recipe_of(const Options& options, const io::Sequence& seq
     return {{"scene", options.scene},
             {"path", options.path},
             {"first_frame", options.first_frame},
+            {"frame_step", options.frame_step},
             {"frames", options.frames},
             {"render_size", {sequence.render_size.width, sequence.render_size.height}},
             {"scale", sequence.scale},
@@ -169,10 +170,23 @@ nlohmann::ordered_json recipe_of(const Options& options, const io::Sequence& seq
             {"motion_jittered", sequence.motion.jittered}};
 }
 
+/// The sequence's frame `index`. What moves has come from where it was `frame_step` frames of the path before.
+render::FrameState frame_state(const render::World& world, const Options& options, int index) {
+    const int last = options.first_frame + index * options.frame_step;
+    render::FrameState state = world.frame(last);
+    for (int frame = last - 1; frame > std::max(0, last - options.frame_step); --frame) {
+        const render::FrameState before = world.frame(frame);
+        state.cut = state.cut || before.cut;
+        state.previous_camera = before.previous_camera;
+        state.previous_seconds = before.previous_seconds;
+    }
+    return state;
+}
+
 void check_cuts(const render::World& world, const Options& options) {
     if (options.layout != io::Layout::qrisp) return;
     for (int i = 1; i < options.frames; ++i) {
-        if (!world.frame(options.first_frame + i).cut) continue;
+        if (!frame_state(world, options, i).cut) continue;
         fail(ErrorKind::invalid_argument,
              "the QRISP layout cannot say that frame {} of this path resets; take --frames {}, or another --path", i,
              i);
@@ -185,6 +199,7 @@ void run(const Options& options) {
     const render::RenderSettings settings = settings_of(options, sequence);
     const std::function<Vec2(int)> jitter = parse_jitter(options.jitter, options.scale);
     check_at_least("--frames", options.frames, 1);
+    check_at_least("--frame-step", options.frame_step, 1);
     check_at_least("--first-frame", options.first_frame, 0);
     check_at_least("--path", options.path, 0);
     check_at_least("--threads", options.threads, 0);
@@ -196,7 +211,7 @@ void run(const Options& options) {
     render::SequenceWriter writer(std::move(layout), sequence, settings, recipe_of(options, sequence), options.force);
     Progress progress("rendering");
     for (int i = 0; i < options.frames; ++i) {
-        const render::FrameState state = world.frame(options.first_frame + i);
+        const render::FrameState state = frame_state(world, options, i);
         io::FrameFiles frame;
         frame.jitter = jitter(options.first_frame + i);
         frame.reset = state.cut;
@@ -224,6 +239,11 @@ void add_render_command(CLI::App& app) {
         ->capture_default_str();
     command->add_option("--frames", options->frames, "How many frames")->capture_default_str();
     command->add_option("--first-frame", options->first_frame, "Where on the path to start")->capture_default_str();
+    command
+        ->add_option("--frame-step", options->frame_step,
+                     "Take every Nth frame of the path, with the motion between those taken: 60 / N frames a second")
+        ->type_name("N")
+        ->capture_default_str();
     command->add_option("--size", options->size, "Render size")->type_name("WxH")->capture_default_str();
     command->add_option("--scale", options->scale, "Output size over render size: 1.5, 1.7, or 2 to 6")
         ->capture_default_str();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,6 +27,7 @@ namespace clarus::cli {
 namespace {
 
 enum class Format { png, exr };
+enum class FrameRate { as_rendered, doubled };
 
 const std::vector<std::string> only_list{"list"};  // --view list
 
@@ -42,6 +44,7 @@ struct UpscaleOptions {
     Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
     float sharpen = 0;
     std::optional<int> previous_frames;
+    FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
     bool profile = false;
     std::filesystem::path trace, report;
@@ -98,6 +101,17 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     return result;
 }
 
+InterpolatorOptions interpolator_options(const UpscalerOptions& options) {
+    InterpolatorOptions result;
+    result.precision = options.precision;
+    result.tuning = options.tuning;
+    result.color_space = options.color_space;
+    result.depth = options.depth;
+    result.motion = options.motion;
+    result.profile = options.profile;
+    return result;
+}
+
 std::string listing(const std::vector<std::string>& names) {
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
@@ -141,9 +155,12 @@ void upscale(const UpscaleOptions& options) {
         settings.views = options.views;
     }
     Upscaler upscaler(device, model, sequence.render_size, settings);
-    io::check_sequence(sequence, upscaler.needs_depth(), upscaler.needs_motion());
+    std::optional<Interpolator> interpolator;
+    if (options.frame_rate == FrameRate::doubled)
+        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
+    io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
-                             model.scale() == sequence.scale};
+                             model.scale() == sequence.scale, interpolator.has_value()};
     keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
@@ -152,26 +169,34 @@ void upscale(const UpscaleOptions& options) {
     {
         Progress progress("preparing");
         upscaler.prepare([&](double fraction) { progress.update(fraction); });
+        if (interpolator) interpolator->prepare([&](double fraction) { progress.update(fraction); });
     }
     const double prepare_seconds = seconds_since(start);
 
     Trace trace;
     const auto frames_start = std::chrono::steady_clock::now();
-    std::vector<FrameResult> frames = upscale_frames(sequence, upscaler, output, trace);
+    std::vector<FrameResult> frames =
+        upscale_frames(sequence, upscaler, interpolator ? &*interpolator : nullptr, output, trace);
 
+    std::vector<StageProfile> stages = upscaler.take_profile();
+    MemoryRequirements memory = upscaler.memory_requirements();
+    if (interpolator) {
+        std::ranges::move(interpolator->take_profile(), std::back_inserter(stages));
+        memory += interpolator->memory_requirements();
+    }
     const RunReport report{.sequence = options.sequence.path,
                            .model = model,
                            .device = device.profile(),
                            .options = settings,
                            .render_size = upscaler.render_size(),
                            .output_size = upscaler.output_size(),
-                           .memory = upscaler.memory_requirements(),
+                           .memory = memory,
                            .programs_compiled = device.programs_compiled(),
                            .prepare_seconds = prepare_seconds,
                            .frames_seconds = seconds_since(frames_start),
                            .largest_jitter_distance = upscaler.largest_jitter_distance(),
                            .frames = std::move(frames),
-                           .stages = upscaler.take_profile()};
+                           .stages = std::move(stages)};
     report.print_summary();
     if (options.profile) report.print_stages();
     if (!options.report.empty()) report.write_json(options.report);
@@ -235,6 +260,9 @@ void add_upscale_command(CLI::App& app) {
         .add_option("--previous-frames", options->previous_frames,
                     "For NSRR: use so many previous frames instead of all that the model was trained with")
         ->type_name("K");
+    add_choice<FrameRate, FrameRate>(command, "--frame-rate", options->frame_rate, {{"x2", FrameRate::doubled}},
+                                     "Also make the picture between each frame and the one before it, FRAME-before, "
+                                     "from motion and depth");
     command
         .add_option("--view", options->views,
                     "Also write what the pipeline saw inside, to DIR/views/NAME; `list` "
@@ -253,6 +281,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"
         "  clarus upscale sequence --model bicubic --output upscaled --frames 0:24\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --device gpu --profile --report report.json\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
         "  clarus upscale sequence --model enss-s-x2 --view list");
     command.callback([options] {
         if (options->output.empty() && options->views != only_list) throw CLI::RequiredError("--output");

@@ -98,6 +98,13 @@ Value Graph::previous_depth(Value motion, Value depth) {
     return add(PreviousDepth{}, {ones, motion, depth}, in, "previous depth");
 }
 
+Value Graph::landed_depth(Value motion, Value depth, float share) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width}, "depth has the motion's size");
+    const Value ones = add(Fill{1}, {}, in, "landed depth: fill");
+    return add(PreviousDepth{share}, {ones, motion, depth}, in, "landed depth");
+}
+
 Value Graph::checked_motion(Value motion, Value depth, Value previous_depth) {
     const Shape in = shape(motion);
     expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width} && shape(previous_depth) == shape(depth),
@@ -139,6 +146,29 @@ Value Graph::hold(Value image, Value color, Value history, int scale) {
     const Value inside = lesser(greater(history, low), high);
     const Value seen = mix(history, inside, tiles(believed(allowed), scale), "hold");
     return lesser(greater(image, lesser(seen, low)), greater(seen, high));
+}
+
+Value Graph::landed_source(Value motion, Value depth, Value landed_depth, float share) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width} && shape(landed_depth) == in,
+           "depths have the motion's size");
+    expect(in.elements() < kNoSource, "pixels can be numbered");
+    const Value none = add(Fill{kNoSource}, {}, in, "landed source: fill");
+    return add(LandedSource{share}, {none, motion, depth, landed_depth}, in, "landed source");
+}
+
+Value Graph::middle_motion(Value motion, Value depth, Value landed_source) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width} && shape(landed_source) == in,
+           "depth and sources have the motion's size");
+    return add(MiddleMotion{}, {motion, depth, landed_source}, {kMiddle, in.height, in.width}, "middle motion");
+}
+
+Value Graph::between(Value middle, Value color, Value previous, double scale) {
+    expect(shape(middle).channels == kMiddle, "middle motion is what middle_motion made");
+    expect(shape(color).channels == 3 && shape(previous) == shape(color), "two images of colour");
+    expect(scale >= 1, "motion is not made smaller");
+    return add(Between{scale}, {middle, color, previous}, shape(color), "between");
 }
 
 Value Graph::warp_sharply(Value history, Value motion, Value color, double scale) {
@@ -446,7 +476,7 @@ bool is_view(const Operator& op) {
 
 bool is_in_place(const Operator& op) {
     return std::holds_alternative<Place>(op) || std::holds_alternative<PreviousDepth>(op) ||
-           std::holds_alternative<NssScatter>(op);
+           std::holds_alternative<LandedSource>(op) || std::holds_alternative<NssScatter>(op);
 }
 
 double operations(const Graph& graph, const Node& node) {
@@ -461,6 +491,7 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<WarpSharply>(node.op)) return 25 * elements;  // twelve taps
     if (std::holds_alternative<Sense>(node.op)) return 15 * elements;        // five look-ups
     if (std::holds_alternative<Compose>(node.op)) return 64 * elements;      // nine taps at 20, 76 for what follows
+    if (std::holds_alternative<Between>(node.op)) return 47 * elements;  // twenty taps of two images, seven for both
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums

@@ -97,6 +97,7 @@ class Graph {
     Value accumulate(Value color, Value motion, Value history, double scale);
     Value dilate(Value motion, Value depth, int scale);
     Value previous_depth(Value motion, Value depth);
+    Value landed_depth(Value motion, Value depth, float share);
     Value checked_motion(Value motion, Value depth, Value previous_depth);
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
@@ -104,6 +105,9 @@ class Graph {
     Value believed(Value range);
     /// hold(image; colour, history) of docs/history.md.
     Value hold(Value image, Value color, Value history, int scale);
+    Value landed_source(Value motion, Value depth, Value landed_depth, float share);
+    Value middle_motion(Value motion, Value depth, Value landed_source);
+    Value between(Value middle, Value color, Value previous, double scale);
     Value warp_sharply(Value history, Value motion, Value color, double scale);
     Value sense(Value past, Value depth);
     Value compose(Value color, Value past, Value predicted, double scale);

@@ -96,10 +96,13 @@ struct Fill {
 
 // Checked history and held range: docs/history.md.
 
-/// previous_depth(m, d). Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
+/// previous_depth(m, d), or landed_depth(m, d) of docs/interpolate.md, which is that at a `share` of the way to the
+/// previous frame. Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
 /// depth. Result: 1 channel at render resolution, stored as float, the same whatever the order in which pixels are
 /// seen.
-struct PreviousDepth {};
+struct PreviousDepth {
+    float share = 1;
+};
 
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
@@ -122,6 +125,27 @@ struct Range {
 };
 /// 1 where the history of most of the pixels around is inside its range, else 0. Input: a Range's result.
 struct Believed {};
+
+// The frame between two: docs/interpolate.md.
+
+/// landed_source(m, d, L). Inputs: a plane of kNoSource, in whose place the result is written (Graph::landed_source),
+/// motion, depth, landed depth. Result: 1 channel at render resolution, stored as float: numbers of pixels, row by row.
+struct LandedSource {
+    float share;
+};
+/// Beyond the number of any pixel; whole numbers up to it are floats.
+inline constexpr int kNoSource = 1 << 24;
+
+/// middle_motion(m, d, S). Inputs: motion, depth, landed source. Result: kMiddle channels at render resolution, stored
+/// as float: motion, depth, and who shows the pixel, this frame (0), the previous one (1), or nobody knows (½).
+struct MiddleMotion {};
+inline constexpr int kMiddle = 4;
+
+/// between(M, I, I') at any real scale from 1; I in a reset frame. Inputs: middle motion, this frame's colour at output
+/// resolution, the previous frame's.
+struct Between {
+    double scale;
+};
 
 // The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
 
@@ -293,10 +317,10 @@ struct Pointwise {
 };
 
 using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas, ForemostMotion,
-                 Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, WarpSharply, Sense,
-                 Compose, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
-                 Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
-                 Concat, Slice, Convolution, Pointwise>;
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas,
+                 ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
+                 Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense, Compose, Warp, MaxPool, Pick, Place,
+                 AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide,
+                 NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -24,12 +24,12 @@ KernelCall ingest(const IngestProblem& problem) {
     KernelCall call;
     call.file = call.entry = "ingest";
 
-    const TensorLayout* any = nullptr;
+    const TensorLayout* largest = nullptr;
     const auto destination = [&](std::string_view name, const std::optional<TensorLayout>& layout, int index) {
         if (!layout) return;
         call.options += destination_options(name, *layout);
         call.arguments.push_back({ArgumentKind::input, index});
-        any = &*layout;
+        if (!largest || layout->width > largest->width) largest = &*layout;
     };
     const auto resource = [&](std::string_view name, const std::optional<TensorLayout>& layout, graph::Resource source,
                               const ImageFormat& format) {
@@ -49,13 +49,13 @@ KernelCall ingest(const IngestProblem& problem) {
     destination("JITTER_Y", problem.jitter_y, 4);
     destination("SCALE", problem.scale, 5);
     call.arguments.push_back({ArgumentKind::frame});
-    if (!any) throw std::logic_error("a pipeline reads something of its frame");
+    if (!largest) throw std::logic_error("a pipeline reads something of its frame");
 
-    call.options += fmt::format(" -DWIDTH={} -DHEIGHT={}", any->width, any->height);
+    call.options += fmt::format(" -DWIDTH={} -DHEIGHT={}", largest->width, largest->height);
     if (options.color_space == ColorSpace::linear) call.options += " -DLINEAR_COLOR";
     if (options.depth.projective) call.options += " -DPROJECTIVE_DEPTH";
     if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";
-    call.global = pixels(*any);
+    call.global = pixels(*largest);
     call.global[0] = (call.global[0] + 3) / 4;
     call.local = {64, 1};
     return call;

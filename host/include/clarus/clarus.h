@@ -2,8 +2,9 @@
 #define CLARUS_H
 
 /* The library for C, and for whatever calls C. It says what the C++ headers beside it say, which document every field:
-   device.h, model.h, upscaler.h, types.h. Functions that return clarus_status return CLARUS_OK or what went wrong, and
-   clarus_last_error() then tells it in words. Start structs from clarus_default_options() and clarus_default_frame().
+   device.h, model.h, upscaler.h, interpolator.h, types.h. Functions that return clarus_status return CLARUS_OK or what
+   went wrong, and clarus_last_error() then tells it in words. Start structs from clarus_default_options() and
+   clarus_default_frame().
  */
 
 #include <stddef.h>
@@ -21,6 +22,7 @@ typedef struct _cl_event* cl_event;
 typedef struct clarus_device clarus_device;
 typedef struct clarus_model clarus_model;
 typedef struct clarus_upscaler clarus_upscaler;
+typedef struct clarus_interpolator clarus_interpolator;
 
 typedef enum clarus_status {
     CLARUS_OK,
@@ -111,6 +113,22 @@ clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_fra
 /* Waits for the last submitted frame. */
 clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler);
 void clarus_upscaler_reset(clarus_upscaler* upscaler);
+
+/* Makes the frame between each frame and the one before it, to be given what an upscaler made. Of the options, those of
+   InterpolatorOptions count. The device may be released afterwards. */
+clarus_status clarus_interpolator_create(const clarus_device* device, int render_width, int render_height,
+                                         int output_width, int output_height, const clarus_options* options,
+                                         clarus_interpolator** interpolator);
+void clarus_interpolator_release(clarus_interpolator* interpolator);
+
+clarus_memory clarus_interpolator_memory(const clarus_interpolator* interpolator);
+clarus_status clarus_interpolator_prepare(clarus_interpolator* interpolator);
+
+/* `color` is the frame as it is shown, at output resolution. `done` as of clarus_upscaler_submit. */
+clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, const clarus_frame* frame, cl_event* done);
+/* Waits for the last submitted frame. */
+clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator);
+void clarus_interpolator_reset(clarus_interpolator* interpolator);
 
 #ifdef __cplusplus
 }

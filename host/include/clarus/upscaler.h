@@ -95,6 +95,13 @@ struct MemoryRequirements {
     size_t live_at_worst = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
     size_t staging = 0;        // copies of host images on the device, views kept
     size_t total() const { return weights + arena + staging; }
+    MemoryRequirements& operator+=(const MemoryRequirements& other) {
+        weights += other.weights;
+        arena += other.arena;
+        live_at_worst += other.live_at_worst;
+        staging += other.staging;
+        return *this;
+    }
 };
 
 /// One stage's share of the frames since the last `take_profile`.

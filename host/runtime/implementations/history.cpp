@@ -20,8 +20,10 @@ Lowered lower_previous_depth(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
     call.entry = "previous_depth";
-    call.options = fmt::format("-DPREVIOUS_DEPTH {} {}", layout_options("MOTION", problem.inputs[1]),
-                               image_options({{"DEPTH", problem.inputs[2]}, {"OUT", problem.output}}));
+    call.options =
+        fmt::format("-DPREVIOUS_DEPTH -DSHARE={:.9e}f {} {}", std::get<graph::PreviousDepth>(problem.node.op).share,
+                    layout_options("MOTION", problem.inputs[1]),
+                    image_options({{"DEPTH", problem.inputs[2]}, {"OUT", problem.output}}));
     call.arguments = {
         {ArgumentKind::input, 1}, {ArgumentKind::input, 2}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);

@@ -30,6 +30,13 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Reproject&) const { return reproject_implementations(); }
     std::span<const Implementation> operator()(const graph::Range&) const { return range_implementations(); }
     std::span<const Implementation> operator()(const graph::Believed&) const { return believed_implementations(); }
+    std::span<const Implementation> operator()(const graph::LandedSource&) const {
+        return landed_source_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::MiddleMotion&) const {
+        return middle_motion_implementations();
+    }
+    std::span<const Implementation> operator()(const graph::Between&) const { return between_implementations(); }
     std::span<const Implementation> operator()(const graph::WarpSharply&) const {
         return warp_sharply_implementations();
     }

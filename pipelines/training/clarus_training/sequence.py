@@ -75,15 +75,7 @@ class Sequence:
         return read_pixels(os.path.join(self.directory, frame[name]))
 
     def _display(self, frame, name):
-        pixels = self._image(frame, name)[:, :, :3]
-        if pixels.dtype == np.uint8:
-            return pixels
-        if self.facts["color_space"] == "srgb":
-            return np.clip(np.nan_to_num(pixels, nan=0.0), 0, 1).astype(np.float16)
-        linear = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=65504.0), 0, None) * frame.get("exposure", 1.0)
-        tone_mapped = linear / (1 + linear.max(axis=2, keepdims=True))
-        curve = 1.055 * np.maximum(tone_mapped, 0.0031308) ** (1 / 2.4) - 0.055
-        return np.where(tone_mapped < 0.0031308, 12.92 * tone_mapped, curve).astype(np.float16)
+        return display(self._image(frame, name), self.facts["color_space"] == "linear", frame.get("exposure", 1.0))
 
     def _decode_color(self):
         return np.stack([self._display(frame, "color") for frame in self.frames])
@@ -142,6 +134,19 @@ class Sequence:
 
     def _decode_checked(self):
         return np.stack([self._checked(t)[0].movedim(0, 2).half().numpy() for t in range(len(self))])
+
+
+def display(pixels, is_linear, exposure=1.0):
+    """Display-encoded colour [h, w, 3] of an image's pixels: uint8 as stored, anything else as float16."""
+    pixels = pixels[:, :, :3]
+    if pixels.dtype == np.uint8:
+        return pixels
+    if not is_linear:
+        return np.clip(np.nan_to_num(pixels, nan=0.0), 0, 1).astype(np.float16)
+    linear = np.clip(np.nan_to_num(pixels, nan=0.0, posinf=65504.0), 0, None) * exposure
+    tone_mapped = linear / (1 + linear.max(axis=2, keepdims=True))
+    curve = 1.055 * np.maximum(tone_mapped, 0.0031308) ** (1 / 2.4) - 0.055
+    return np.where(tone_mapped < 0.0031308, 12.92 * tone_mapped, curve).astype(np.float16)
 
 
 def read_pixels(path):

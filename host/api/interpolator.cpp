@@ -1,0 +1,90 @@
+#include "clarus/interpolator.h"
+
+#include <cmath>
+#include <utility>
+
+#include "api/build_graph.h"
+#include "api/stream.h"
+#include "base/error.h"
+
+namespace clarus {
+namespace {
+
+// Of the way from a frame to the one before it.
+constexpr float kMiddle = 0.5f;
+
+double scale_of(Size render, Size output) {
+    output_size(render, 1);
+    output_size(output, 1);
+    if (output.width < render.width || output.height < render.height)
+        fail(ErrorKind::invalid_argument, "output size {}x{} is smaller than the render size {}x{}", output.width,
+             output.height, render.width, render.height);
+    const double scale = static_cast<double>(output.width) / render.width;
+    if (std::abs(render.height * scale - output.height) > 1)  // which has been rounded, as the width may have been
+        fail(ErrorKind::invalid_argument, "output size {}x{} is not the render size {}x{} times one scale",
+             output.width, output.height, render.width, render.height);
+    if (static_cast<long long>(render.width) * render.height >= graph::kNoSource)
+        fail(ErrorKind::invalid_argument, "render size {}x{}: frames are interpolated of less than {} pixels",
+             render.width, render.height, graph::kNoSource);
+    return scale;
+}
+
+graph::Graph build(Size render, Size output, double scale) {
+    graph::Graph graph;
+    const graph::Value color = graph.input(graph::Resource::color, output);
+    const graph::Value depth = graph.input(graph::Resource::depth, render);
+    const graph::Value motion = graph.input(graph::Resource::motion, render);
+    const graph::Value previous = graph.previous({3, output.height, output.width}, "previous");
+    graph.carry(previous, color);
+    const graph::Value landed = graph.landed_depth(motion, depth, kMiddle);
+    const graph::Value source = graph.landed_source(motion, depth, landed, kMiddle);
+    graph.output = graph.between(graph.middle_motion(motion, depth, source), color, previous, scale);
+    return graph;
+}
+
+UpscalerOptions stream_options(const InterpolatorOptions& options) {
+    UpscalerOptions result;
+    result.precision = options.precision;
+    result.tuning = options.tuning;
+    result.color_space = options.color_space;
+    result.depth = options.depth;
+    result.motion = options.motion;
+    result.color_format = options.color_format;
+    result.depth_format = options.depth_format;
+    result.motion_format = options.motion_format;
+    result.output_format = options.output_format;
+    result.profile = options.profile;
+    return result;
+}
+
+}  // namespace
+
+struct Interpolator::State {
+    State(Device device, Size render, Size output, double scale, const InterpolatorOptions& options)
+        : stream(std::move(device), build(render, output, scale), {.color = output, .render = render, .output = output},
+                 scale, stream_options(options)) {}
+    Stream stream;
+};
+
+Interpolator::Interpolator(Device device, Size render_size, Size output_size, InterpolatorOptions options) {
+    const double scale = scale_of(render_size, output_size);
+    state_ = std::make_unique<State>(std::move(device), render_size, output_size, scale, options);
+}
+Interpolator::~Interpolator() = default;
+Interpolator::Interpolator(Interpolator&&) noexcept = default;
+Interpolator& Interpolator::operator=(Interpolator&&) noexcept = default;
+
+Size Interpolator::render_size() const { return state_->stream.sizes().render; }
+Size Interpolator::output_size() const { return state_->stream.sizes().output; }
+
+MemoryRequirements Interpolator::memory_requirements() const { return state_->stream.memory_requirements(); }
+
+void Interpolator::prepare(const std::function<void(double)>& progress) { state_->stream.prepare(progress); }
+
+FrameEvent Interpolator::submit(const FrameDescription& frame) { return state_->stream.submit(frame); }
+
+void Interpolator::reset() { state_->stream.reset(); }
+
+std::vector<StageProfile> Interpolator::take_profile() { return state_->stream.take_profile(); }
+
+}  // namespace clarus

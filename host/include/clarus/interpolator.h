@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "clarus/upscaler.h"
+
+namespace clarus {
+
+/// Settings that hold for a whole run; each as in UpscalerOptions.
+struct InterpolatorOptions {
+    Precision precision = Precision::fp32;
+    Tuning tuning = Tuning::stored;
+    ColorSpace color_space = ColorSpace::srgb;
+    DepthEncoding depth;
+    MotionEncoding motion;
+    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
+    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
+    ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
+    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    bool profile = false;                            // time every stage with device events
+};
+
+/// Makes the frame in the middle between each frame shown and the one before it, without a network, from motion and
+/// depth (docs/interpolate.md). To be given what an upscaler has made of a frame, before user interface is drawn on it:
+/// that has no motion, and belongs on the frames in between as on the others. Not thread-safe, as Upscaler is not.
+class Interpolator {
+  public:
+    /// `render_size` is that of depth and motion, `output_size` that of the pictures, not smaller along either axis.
+    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options).
+    Interpolator(Device device, Size render_size, Size output_size, InterpolatorOptions options = {});
+    ~Interpolator();
+    Interpolator(Interpolator&&) noexcept;
+    Interpolator& operator=(Interpolator&&) noexcept;
+
+    Size render_size() const;
+    Size output_size() const;
+
+    /// Device memory; staging is for host images, and is allocated when the first comes.
+    MemoryRequirements memory_requirements() const;
+
+    /// Compiles, tunes where the options say so, and allocates. `submit` does it where it was not done. `progress` is
+    /// called with 0…1. Errors: build, out_of_memory, device.
+    void prepare(const std::function<void(double)>& progress = {});
+
+    /// Enqueues the frame in between and returns at once. Of the description, `color` is this frame as it is shown, at
+    /// output resolution; `depth`, `motion`, `jitter`, the planes and `exposure` are what the upscaler had of it; and
+    /// `output`, at output resolution, receives the frame half-way between the one submitted before and this one. After
+    /// a reset, as before the first frame, there is nothing to come from: it is this frame. A copy of `color` is kept
+    /// on the device for the next call. Errors: invalid_argument, naming the field.
+    FrameEvent submit(const FrameDescription& frame);
+
+    /// The next frame has none before it.
+    void reset();
+
+    /// Stages with their times since the last call; empty unless options.profile.
+    std::vector<StageProfile> take_profile();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace clarus
