@@ -50,6 +50,10 @@ Lowered lower_collect(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+Lowered lower_collect_lanes(const Problem& problem, const Choices& choices) {
+    return in_sample_lanes(lower_collect(problem, choices), problem, std::get<graph::Collect>(problem.node.op).scale);
+}
+
 }  // namespace
 
 std::span<const Implementation> residual_implementations() {
@@ -63,7 +67,9 @@ std::span<const Implementation> trust_implementations() {
 }
 
 std::span<const Implementation> collect_implementations() {
-    static const Implementation implementations[] = {{"collect", obvious, group_choices, lower_collect}};
+    static const Implementation implementations[] = {
+        {"collect lanes", prefer_sample_lanes, single_choices, lower_collect_lanes},
+        {"collect", obvious, group_choices, lower_collect}};
     return implementations;
 }
 
