@@ -1,5 +1,5 @@
-// collect(colour, past, t, M, s, J) of docs/fsr2.md for any real s: a pixel's new history, the weighted mean of what the
-// frame's samples around it show and of what was there before, as far as that is believed.
+// collect(colour, past, t, M, s, J) of docs/fsr2.md for any real s: a pixel's new history, the weighted mean of what
+// the frame's samples around it show and of what was there before, as far as that is believed.
 //
 // Options: COLOR_*, TRUST_* (render resolution), PAST_*, OUT_* (output resolution; layouts of one storage), MOTION_*
 // (output resolution, float), SCALE, SCALE_REST (s as the sum of two floats), STORE_HALF.
@@ -20,73 +20,73 @@
 // - weigh: what samples before, at and after the nearest one weigh along an axis, `offset` from it.
 // - spread: the nine samples' mean and deviation.
 // - collected: `sums` are the samples' sums by both kinds of weights; before and result are colour and weight.
-#define DEFINE_COLLECT(real)                                                                                       \
-    INLINE void weigh_##real(real offset, real* sharp, real* soft) {                                               \
-        _Pragma("unroll") for (int i = 0; i < 3; ++i) {                                                            \
-            const real distance = (float)(i - 1) - offset, squared = distance * distance;                          \
-            const real by_sharp = -SHARP * squared, by_soft = -SOFT * squared;                                     \
-            sharp[i] = exp2_##real(GREATER(by_sharp, (real)(-60.0f)));                                             \
-            soft[i] = exp2_##real(GREATER(by_soft, (real)(-60.0f)));                                               \
-        }                                                                                                          \
-    }                                                                                                              \
-    INLINE void convert_##real(real* rgb) {                                                                        \
-        const real red = rgb[0], green = rgb[1], blue = rgb[2];                                                    \
-        rgb[0] = 0.25f * (red + blue) + 0.5f * green;                                                              \
-        rgb[1] = 0.5f * (red - blue);                                                                              \
-        rgb[2] = 0.5f * green - 0.25f * (red + blue);                                                              \
-    }                                                                                                              \
-    INLINE void spread_##real(real samples[9][3], real* mean, real* deviation) {                                   \
-        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                            \
-            real sum = 0, squares = 0;                                                                             \
-            _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                        \
-                sum += samples[i][c];                                                                              \
-                squares += samples[i][c] * samples[i][c];                                                          \
-            }                                                                                                      \
-            mean[c] = sum * (1 / 9.0f);                                                                            \
-            const real variance = squares * (1 / 9.0f) - mean[c] * mean[c];                                        \
-            deviation[c] = sqrt(GREATER(variance, (real)(0.0f)));                                                  \
-        }                                                                                                          \
-    }                                                                                                              \
-    INLINE void collected_##real(real samples[9][3], const real* mean, const real* deviation, const real* sharp_x, \
-                                 const real* soft_x, const real* sharp_y, const real* soft_y, real trust,          \
-                                 real speed, const real* before, real* result) {                                   \
-        real fresh[3] = {0, 0, 0}, first[3] = {0, 0, 0}, weight = 0, soft_weight = 0;                              \
-        _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                            \
-            const real by_soft = soft_x[i % 3] * soft_y[i / 3];                                                    \
-            const real by_both = sharp_x[i % 3] * sharp_y[i / 3] + SHARE * by_soft;                                \
-            weight += by_both;                                                                                     \
-            soft_weight += by_soft;                                                                                \
-            _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                        \
-                fresh[c] = MAD(by_both, samples[i][c], fresh[c]);                                                  \
-                first[c] = MAD(by_soft, samples[i][c], first[c]);                                                  \
-            }                                                                                                      \
-        }                                                                                                          \
-        real history[3] = {before[0], before[1], before[2]};                                                       \
-        convert_##real(history);                                                                                   \
-        const real loose = TIGHT + (LOOSE - TIGHT) * trust;                                                        \
-        real confined[3], moved = 0, room = EXCESS;                                                                \
-        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                            \
-            const real reach = loose * deviation[c], raised = GREATER(history[c], mean[c] - reach);                \
-            confined[c] = LESSER(raised, mean[c] + reach);                                                         \
-            moved += (confined[c] - history[c]) * (confined[c] - history[c]);                                      \
-            room += reach * reach;                                                                                 \
-        }                                                                                                          \
-        const real most = MOST + (MOST_MOVING - MOST) * LESSER(speed, (real)(1.0f)), believed = trust * before[3]; \
-        const real kept = LESSER(believed, most) * room / (room + moved);                                          \
-        const real total = kept + weight, share = 1 / total, soft_share = 1 / soft_weight;                         \
-        real shown[3];                                                                                             \
-        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                            \
-            const real with_history = confined[c] + (fresh[c] - weight * confined[c]) * share;                     \
-            shown[c] = before[3] > 0 ? with_history : first[c] * soft_share;                                       \
-        }                                                                                                          \
-        result[0] = shown[0] + shown[1] - shown[2];                                                                \
-        result[1] = shown[0] + shown[2];                                                                           \
-        result[2] = shown[0] - shown[1] - shown[2];                                                                \
-        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                            \
-            const real raised = GREATER(result[c], (real)(0.0f));                                                  \
-            result[c] = LESSER(raised, (real)(1.0f));                                                              \
-        }                                                                                                          \
-        result[3] = before[3] > 0 ? LESSER(total, (real)(MOST)) : weight;                                          \
+#define DEFINE_COLLECT(real)                                                                                          \
+    INLINE void weigh_##real(real offset, real* sharp, real* soft) {                                                  \
+        _Pragma("unroll") for (int i = 0; i < 3; ++i) {                                                               \
+            const real distance = (float)(i - 1) - offset, squared = distance * distance;                             \
+            const real by_sharp = -SHARP * squared, by_soft = -SOFT * squared;                                        \
+            sharp[i] = exp2_##real(GREATER(by_sharp, (real)(-60.0f)));                                                \
+            soft[i] = exp2_##real(GREATER(by_soft, (real)(-60.0f)));                                                  \
+        }                                                                                                             \
+    }                                                                                                                 \
+    INLINE void convert_##real(real* rgb) {                                                                           \
+        const real red = rgb[0], green = rgb[1], blue = rgb[2];                                                       \
+        rgb[0] = 0.25f * (red + blue) + 0.5f * green;                                                                 \
+        rgb[1] = 0.5f * (red - blue);                                                                                 \
+        rgb[2] = 0.5f * green - 0.25f * (red + blue);                                                                 \
+    }                                                                                                                 \
+    INLINE void spread_##real(real samples[9][3], real* mean, real* deviation) {                                      \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
+            real sum = 0, squares = 0;                                                                                \
+            _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                           \
+                sum += samples[i][c];                                                                                 \
+                squares += samples[i][c] * samples[i][c];                                                             \
+            }                                                                                                         \
+            mean[c] = sum * (1 / 9.0f);                                                                               \
+            const real variance = squares * (1 / 9.0f) - mean[c] * mean[c];                                           \
+            deviation[c] = sqrt(GREATER(variance, (real)(0.0f)));                                                     \
+        }                                                                                                             \
+    }                                                                                                                 \
+    INLINE void collected_##real(real samples[9][3], const real* mean, const real* deviation, const real* sharp_x,    \
+                                 const real* soft_x, const real* sharp_y, const real* soft_y, real trust, real speed, \
+                                 const real* before, real* result) {                                                  \
+        real fresh[3] = {0, 0, 0}, first[3] = {0, 0, 0}, weight = 0, soft_weight = 0;                                 \
+        _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                               \
+            const real by_soft = soft_x[i % 3] * soft_y[i / 3];                                                       \
+            const real by_both = sharp_x[i % 3] * sharp_y[i / 3] + SHARE * by_soft;                                   \
+            weight += by_both;                                                                                        \
+            soft_weight += by_soft;                                                                                   \
+            _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                           \
+                fresh[c] = MAD(by_both, samples[i][c], fresh[c]);                                                     \
+                first[c] = MAD(by_soft, samples[i][c], first[c]);                                                     \
+            }                                                                                                         \
+        }                                                                                                             \
+        real history[3] = {before[0], before[1], before[2]};                                                          \
+        convert_##real(history);                                                                                      \
+        const real loose = TIGHT + (LOOSE - TIGHT) * trust;                                                           \
+        real confined[3], moved = 0, room = EXCESS;                                                                   \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
+            const real reach = loose * deviation[c], raised = GREATER(history[c], mean[c] - reach);                   \
+            confined[c] = LESSER(raised, mean[c] + reach);                                                            \
+            moved += (confined[c] - history[c]) * (confined[c] - history[c]);                                         \
+            room += reach * reach;                                                                                    \
+        }                                                                                                             \
+        const real most = MOST + (MOST_MOVING - MOST) * LESSER(speed, (real)(1.0f)), believed = trust * before[3];    \
+        const real kept = LESSER(believed, most) * room / (room + moved);                                             \
+        const real total = kept + weight, share = 1 / total, soft_share = 1 / soft_weight;                            \
+        real shown[3];                                                                                                \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
+            const real with_history = confined[c] + (fresh[c] - weight * confined[c]) * share;                        \
+            shown[c] = before[3] > 0 ? with_history : first[c] * soft_share;                                          \
+        }                                                                                                             \
+        result[0] = shown[0] + shown[1] - shown[2];                                                                   \
+        result[1] = shown[0] + shown[2];                                                                              \
+        result[2] = shown[0] - shown[1] - shown[2];                                                                   \
+        _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                               \
+            const real raised = GREATER(result[c], (real)(0.0f));                                                     \
+            result[c] = LESSER(raised, (real)(1.0f));                                                                 \
+        }                                                                                                             \
+        result[3] = before[3] > 0 ? LESSER(total, (real)(MOST)) : weight;                                             \
     }
 
 DEFINE_COLLECT(float)

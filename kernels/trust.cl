@@ -1,4 +1,4 @@
-// trust(D, m, s) of docs/fsr2.md: how far the history around a sample is to be believed, from 0 to 1.
+// trust(D, c, s) of docs/fsr2.md: how far the history around a sample is to be believed, from 0 to 1.
 //
 // Options: RESIDUAL_*, OUT_* (layouts of one storage), MOTION_* (float), SCALE (as the sum of two floats: SCALE_REST),
 // STRIP (pixels of a row to a work-item), STORE_HALF.
@@ -42,7 +42,8 @@ INLINE Column column_at(global const storage* residual, global const float* moti
 INLINE float chance(float4 sum, float4 squares, float count, float allowed_deviations) {
     const float4 mean = sum / count, variance = fmax(squares / count - mean * mean, 0.0f);
     const float size = mean.x * mean.x + mean.y * mean.y + mean.z * mean.z;
-    return size / (((variance.x + variance.y + variance.z) / count + ALLOWED) * allowed_deviations * allowed_deviations);
+    return size /
+           (((variance.x + variance.y + variance.z) / count + ALLOWED) * allowed_deviations * allowed_deviations);
 }
 
 INLINE float trust_in(const Column* c, float2 vector) {

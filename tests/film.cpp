@@ -15,8 +15,7 @@ Color scene(double x, double y) {
     return {0.2 + 0.004 * x, 0.35, 0.6 - 0.003 * y};
 }
 
-std::vector<double> psnr_of(const Film& film, const std::string& filter, int frames,
-                            std::vector<float>* last_output) {
+std::vector<double> psnr_of(const Film& film, const std::string& filter, int frames, std::vector<float>* last_output) {
     Upscaler upscaler(test_device(), Model::filter(filter, film.scale), film.render);
     const Size size = upscaler.output_size();
     std::vector<float> color(static_cast<size_t>(3) * film.render.width * film.render.height),

@@ -24,9 +24,7 @@ float clamped(const Planes& image, int c, int x, int y) {
     return image.at(c, std::clamp(x, 0, image.shape.width - 1), std::clamp(y, 0, image.shape.height - 1));
 }
 
-Color ycocg(const Color& c) {
-    return {(c[0] + 2 * c[1] + c[2]) / 4, (c[0] - c[2]) / 2, (2 * c[1] - c[0] - c[2]) / 4};
-}
+Color ycocg(const Color& c) { return {(c[0] + 2 * c[1] + c[2]) / 4, (c[0] - c[2]) / 2, (2 * c[1] - c[0] - c[2]) / 4}; }
 
 Color color_at(const Planes& image, int x, int y) {
     return ycocg({clamped(image, 0, x, y), clamped(image, 1, x, y), clamped(image, 2, x, y)});

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "filter_kernels.h"
 #include "film.h"
+#include "filter_kernels.h"
 #include "operator_harness.h"
 
 using namespace clarus;

@@ -143,14 +143,16 @@ inline constexpr int kComposeParameters = 17;
 
 // FSR 2's class of upscaler: docs/fsr2.md. History is as above.
 
-/// residual(colour, past, J) at any real scale. Inputs: colour, past. Result: 3 channels at render resolution, in YCoCg.
+/// residual(colour, past, J) at any real scale. Inputs: colour, past. Result: 3 channels at render resolution, in
+/// YCoCg.
 struct Residual {};
-/// trust(D, m, s) at any real scale. Inputs: residual, motion. Result: 1 channel at render resolution, from 0 to 1.
+/// trust(D, c, s) at any real scale. Inputs: residual, checked motion. Result: 1 channel at render resolution, from 0
+/// to 1.
 struct Trust {
     double scale;
 };
-/// collect(colour, past, t, M, s, J) at any real scale from 1. Inputs: colour, past, trust, motion in HR pixels (a vector
-/// for each). Result: the new history.
+/// collect(colour, past, t, M, s, J) at any real scale from 1. Inputs: colour, past, trust, motion in HR pixels (a
+/// vector for each). Result: the new history.
 struct Collect {
     double scale;
 };
@@ -302,8 +304,8 @@ struct Pointwise {
 using Operator =
     std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Resample, Easu, Rcas, ForemostMotion,
                  Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Hold, WarpSharply, Sense,
-                 Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance,
-                 Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace,
-                 Concat, Slice, Convolution, Pointwise>;
+                 Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask,
+                 Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve,
+                 SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -17,7 +17,7 @@ graph::Graph build_fsr2(const FilterSettings& settings) {
     const Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth), true);
     const Value hr_motion = graph.reproject(checked, depth, settings.scale, settings.output);
     const Value past = graph.warp_sharply(history, hr_motion, color, settings.scale);
-    const Value trust = graph.trust(graph.residual(color, past), motion, settings.scale);
+    const Value trust = graph.trust(graph.residual(color, past), checked, settings.scale);
     const Value collected = graph.collect(color, past, trust, hr_motion, settings.scale);
     graph.carry(history, collected);
     graph.output = graph.slice(collected, 0, 3);

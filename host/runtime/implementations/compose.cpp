@@ -33,8 +33,9 @@ Lowered lower_lanes(const Problem& problem, const Choices& choices) {
 }  // namespace
 
 std::span<const Implementation> compose_implementations() {
-    static const Implementation implementations[] = {{"compose lanes", prefer_sample_lanes, single_choices, lower_lanes},
-                                                     {"compose", obvious, group_choices, lower_plain}};
+    static const Implementation implementations[] = {
+        {"compose lanes", prefer_sample_lanes, single_choices, lower_lanes},
+        {"compose", obvious, group_choices, lower_plain}};
     return implementations;
 }
 

@@ -23,10 +23,10 @@ Lowered lower_residual(const Problem& problem, const Choices& choices) {
 Lowered lower_trust(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "trust";
-    call.options = fmt::format(
-        "{} {} {} -DSTRIP={}", image_options({{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}}),
-        layout_options("MOTION", problem.inputs[1]), scale_options(std::get<graph::Trust>(problem.node.op).scale),
-        choices.at("STRIP"));
+    call.options =
+        fmt::format("{} {} {} -DSTRIP={}", image_options({{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}}),
+                    layout_options("MOTION", problem.inputs[1]),
+                    scale_options(std::get<graph::Trust>(problem.node.op).scale), choices.at("STRIP"));
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);
