@@ -12,10 +12,6 @@
 #define DEVIATIONS 1.5f  // how far from the samples' mean history may be, in their standard deviations
 #define MOST 12.0f       // weight of history
 
-INLINE float4 to_ycocg(float4 c) {
-    return (float4)(0.25f * (c.x + c.z) + 0.5f * c.y, 0.5f * (c.x - c.z), 0.5f * c.y - 0.25f * (c.x + c.z), 0);
-}
-
 #define LESSER(a, b) ((a) < (b) ? (a) : (b))
 #define GREATER(a, b) ((a) > (b) ? (a) : (b))
 

@@ -4,7 +4,8 @@
 //
 // Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_* and SHARE, of the way
 // to the previous frame; OUT holds ones before), LANDED_SOURCE (with DEPTH_*, LANDED_* and SHARE; OUT holds a number
-// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
+// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*; COMPANIONS of
+// docs/fsr2.md) or VALIDITY.
 
 #define REACHED 0.1f               // the bilinear weight from which on a pixel's depth is that of a neighbour too
 #define NEARER 0.02f               // of the depth: what is nearer by less hides nothing
@@ -81,11 +82,38 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(g
 #endif
 
 #ifdef CHECKED_MOTION
+#ifdef COMPANIONS
+#define ALONG 0.25f  // render pixels by which vectors differ that still move along
+
+// Depths of the pixel's neighbours that move along with it; −1 of the others.
+INLINE void find_companions(global const float* motion, global const float* depth, int x, int y, float* companions) {
+    const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
+    for (int i = 0; i < 9; ++i) {
+        const int column = x + i % 3 - 1, row = y + i / 3 - 1;
+        companions[i] = -1;
+        if (!INSIDE(MOTION, column, row)) continue;
+        const float apart_x = fabs(motion[AT(MOTION, column, row, 0)] - motion_x);
+        const float apart_y = fabs(motion[AT(MOTION, column, row, 1)] - motion_y);
+        if (apart_x <= ALONG && apart_y <= ALONG) companions[i] = depth[AT(DEPTH, column, row, 0)];
+    }
+}
+
+INLINE int is_companion(float depth, const float* companions) {
+    int found = 0;
+    for (int i = 0; i < 9; ++i) found |= companions[i] == depth;
+    return found;
+}
+#else
+INLINE int is_companion(float depth, const float* companions) { return 0; }
+#endif
+
 // The weights of what is inside the image, and of that what hides the surface.
-INLINE void look(global const float* previous, int x, int y, float weight, float least, float* seen, float* hidden) {
+INLINE void look(global const float* previous, int x, int y, float weight, float least, const float* companions,
+                 float* seen, float* hidden) {
     if (!INSIDE(PREVIOUS, x, y)) return;
     *seen += weight;
-    if (previous[AT(PREVIOUS, x, y, 0)] < least) *hidden += weight;
+    const float before = previous[AT(PREVIOUS, x, y, 0)];
+    if (before < least && !is_companion(before, companions)) *hidden += weight;
 }
 
 // The smaller difference to the neighbours along an axis; at the image's border to the one that there is.
@@ -94,8 +122,8 @@ INLINE float slope(float before, float here, float after, int has_before, int ha
     return has_before && has_after ? (to_before < to_after ? to_before : to_after) : has_before ? to_before : to_after;
 }
 
-INLINE int was_seen(global const float* depth, global const float* previous, int x, int y, float shift_x,
-                    float shift_y) {
+INLINE int was_seen(global const float* motion, global const float* depth, global const float* previous, int x, int y,
+                    float shift_x, float shift_y) {
     // An invalid vector is not a number, and so not on screen.
     if (!(shift_x >= -0.5f - x && shift_x <= DEPTH_WIDTH - 0.5f - x && shift_y >= -0.5f - y &&
           shift_y <= DEPTH_HEIGHT - 0.5f - y))
@@ -107,11 +135,14 @@ INLINE int was_seen(global const float* depth, global const float* previous, int
         slope(DEPTH_AT(x, max(y - 1, 0)), here, DEPTH_AT(x, min(y + 1, DEPTH_HEIGHT - 1)), y > 0, y < DEPTH_HEIGHT - 1);
     const float least = here - (NEARER * here + 2 * slopes + DEPTH_STEP);
     const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
-    float seen = 0, hidden = 0;
-    look(previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, &seen, &hidden);
-    look(previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, &seen, &hidden);
-    look(previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, &seen, &hidden);
-    look(previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, &seen, &hidden);
+    float seen = 0, hidden = 0, companions[9];
+#ifdef COMPANIONS
+    find_companions(motion, depth, x, y, companions);
+#endif
+    look(previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, companions, &seen, &hidden);
+    look(previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, companions, &seen, &hidden);
+    look(previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, companions, &seen, &hidden);
+    look(previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, companions, &seen, &hidden);
     return hidden <= 0.5f * seen;
 }
 
@@ -122,7 +153,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void checked_motion(
     const int x = get_global_id(0), y = get_global_id(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
-    const int seen = was_seen(depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
+    const int seen = was_seen(motion, depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
     out[AT(OUT, x, y, 0)] = seen ? motion_x : NAN;
     out[AT(OUT, x, y, 1)] = seen ? motion_y : NAN;
 }

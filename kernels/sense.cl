@@ -5,17 +5,6 @@
 // SCALE_X_REST, SCALE_Y, SCALE_Y_REST (the ratio of the sizes along each axis as the sum of two floats), STRIP (pixels
 // of a row to a work-item), STORE_HALF (all but depth, which is float).
 
-// Around (x + 1/2 + offset) * scale - 1/2. The rounding error of x * scale is added again, so that the fraction is as
-// accurate at the image's far edge as at its near one.
-INLINE Taps place_taps(int x, float offset, float scale, float scale_rest, int size) {
-    const float product = x * scale;
-    const float error = fma((float)x, scale, -product) + x * scale_rest;
-    const int near = (int)product;
-    const float shift = (product - near) + error + (0.5f + offset) * scale - 0.5f;
-    const int whole = whole_part(shift);
-    return clamped_taps(near + whole, shift - whole, size);
-}
-
 INLINE float luma(float4 color) { return 0.299f * color.x + 0.587f * color.y + 0.114f * color.z; }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void sense(global const storage* past,

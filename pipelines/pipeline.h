@@ -30,7 +30,7 @@ std::span<const Pipeline> pipelines();
 struct FilterSettings {
     double scale;
     Size render, output;
-    float sharpness;  // of fsr1
+    float sharpness;  // of fsr1 and fsr2
 };
 
 /// A filter without a network.
@@ -55,5 +55,6 @@ graph::Graph build_bicubic(const FilterSettings& settings);
 graph::Graph build_lanczos(const FilterSettings& settings);
 graph::Graph build_fsr1(const FilterSettings& settings);
 graph::Graph build_taau(const FilterSettings& settings);
+graph::Graph build_fsr2(const FilterSettings& settings);
 
 }  // namespace clarus::pipelines

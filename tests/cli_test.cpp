@@ -248,7 +248,7 @@ TEST_CASE("a network of any scale whose file says none takes the sequence's, or 
 
 TEST_CASE("every filter is a model") {
     const Workplace place;
-    for (const char* filter : {"nearest", "lanczos", "fsr1", "taau"}) {
+    for (const char* filter : {"nearest", "lanczos", "fsr1", "taau", "fsr2"}) {
         CAPTURE(std::string(filter));
         REQUIRE(place.upscale(filter, {"--scale", "1.7"}).exit_code == 0);
         CHECK(io::read_image_header(place.output() / "0000.png").size == Size{41, 27});

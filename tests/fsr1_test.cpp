@@ -224,7 +224,7 @@ TEST_CASE("EASU keeps a constant, and stays in the range of its nearest four tex
     }
 }
 
-TEST_CASE("only fsr1 takes a sharpness, from 0 to 1" * doctest::test_suite("small")) {
+TEST_CASE("only fsr1 and fsr2 take a sharpness, from 0 to 1" * doctest::test_suite("small")) {
     UpscalerOptions options;
     options.sharpness = 0.5f;
     CHECK_NOTHROW(Upscaler(test_device(), Model::filter("fsr1", 2), {8, 8}, options));

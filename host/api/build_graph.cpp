@@ -13,13 +13,14 @@ namespace {
 // More is a mistake rather than an image.
 constexpr int kLargestSide = 1 << 15;
 
-// 2^-0.2: AMD's own is 0.2 stops below the most.
+// 2^-0.2: AMD's own is 0.2 stops below the most. FSR 2 leaves sharpening to be asked for.
 constexpr float kUsualSharpness = 0.87f;
 
 float sharpness(const Model& model, const UpscalerOptions& options) {
-    if (!options.sharpness) return kUsualSharpness;
-    if (model.pipeline() != "fsr1")
-        fail(ErrorKind::invalid_argument, "options.sharpness: {} is not sharpened; only fsr1 is", model.name());
+    if (!options.sharpness) return model.pipeline() == "fsr1" ? kUsualSharpness : 0;
+    if (model.pipeline() != "fsr1" && model.pipeline() != "fsr2")
+        fail(ErrorKind::invalid_argument, "options.sharpness: {} is not sharpened; only fsr1 and fsr2 are",
+             model.name());
     if (!(*options.sharpness >= 0 && *options.sharpness <= 1))
         fail(ErrorKind::invalid_argument, "options.sharpness: {}; must be from 0 to 1", *options.sharpness);
     return *options.sharpness;

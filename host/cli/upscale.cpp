@@ -229,7 +229,7 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("S");
     command
         .add_option("--sharpness", options->sharpness,
-                    "For fsr1: from 0, which sharpens nothing, to 1; 0.87 unless told")
+                    "For fsr1 and fsr2: from 0, which sharpens nothing, to 1; 0.87 (fsr1) or 0 unless told")
         ->type_name("S");
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(

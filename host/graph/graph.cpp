@@ -105,11 +105,11 @@ Value Graph::landed_depth(Value motion, Value depth, float share) {
     return add(PreviousDepth{share}, {ones, motion, depth}, in, "landed depth");
 }
 
-Value Graph::checked_motion(Value motion, Value depth, Value previous_depth) {
+Value Graph::checked_motion(Value motion, Value depth, Value previous_depth, bool companions) {
     const Shape in = shape(motion);
     expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width} && shape(previous_depth) == shape(depth),
            "depths have the motion's size");
-    return add(CheckedMotion{}, {motion, depth, previous_depth}, in, "checked motion");
+    return add(CheckedMotion{companions}, {motion, depth, previous_depth}, in, "checked motion");
 }
 
 Value Graph::validity(Value motion) {
@@ -189,6 +189,25 @@ Value Graph::compose(Value color, Value past, Value predicted, double scale) {
     expect(in.channels == 3 && shape(past).channels == 4, "history is colour and a weight");
     expect(shape(predicted) == Shape{kComposeParameters, in.height, in.width}, "parameters for each sample");
     return add(Compose{scale}, {color, past, predicted}, shape(past), "compose");
+}
+
+Value Graph::residual(Value color, Value past) {
+    expect(shape(color).channels == 3 && shape(past).channels == 4, "history is colour and a weight");
+    return add(Residual{}, {color, past}, shape(color), "residual");
+}
+
+Value Graph::trust(Value residual, Value motion, double scale) {
+    const Shape in = shape(residual);
+    expect(in.channels == 3 && shape(motion) == Shape{2, in.height, in.width}, "a motion vector for each residual");
+    return add(Trust{scale}, {residual, motion}, {1, in.height, in.width}, "trust");
+}
+
+Value Graph::collect(Value color, Value past, Value trust, Value motion, double scale) {
+    const Shape in = shape(color), before = shape(past);
+    expect(in.channels == 3 && before.channels == 4, "history is colour and a weight");
+    expect(shape(trust) == Shape{1, in.height, in.width}, "trust for each sample");
+    expect(shape(motion) == Shape{2, before.height, before.width}, "one motion vector for each pixel of the history");
+    return add(Collect{scale}, {color, past, trust, motion}, before, "collect");
 }
 
 Value Graph::warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
@@ -492,6 +511,9 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<Sense>(node.op)) return 15 * elements;        // five look-ups
     if (std::holds_alternative<Compose>(node.op)) return 64 * elements;      // nine taps at 20, 76 for what follows
     if (std::holds_alternative<Between>(node.op)) return 47 * elements;  // twenty taps of two images, seven for both
+    if (std::holds_alternative<Residual>(node.op)) return 14 * elements;     // a look-up, two conversions
+    if (std::holds_alternative<Trust>(node.op)) return 140 * elements;       // 10 columns' sums of 3 channels, 40 more
+    if (std::holds_alternative<Collect>(node.op)) return 65 * elements;      // nine taps at 24, 44 for what follows
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums

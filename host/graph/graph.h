@@ -98,7 +98,7 @@ class Graph {
     Value dilate(Value motion, Value depth, int scale);
     Value previous_depth(Value motion, Value depth);
     Value landed_depth(Value motion, Value depth, float share);
-    Value checked_motion(Value motion, Value depth, Value previous_depth);
+    Value checked_motion(Value motion, Value depth, Value previous_depth, bool companions = false);
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
     Value range(Value color, Value history, int scale);
@@ -111,6 +111,9 @@ class Graph {
     Value warp_sharply(Value history, Value motion, Value color, double scale);
     Value sense(Value past, Value depth);
     Value compose(Value color, Value past, Value predicted, double scale);
+    Value residual(Value color, Value past);
+    Value trust(Value residual, Value motion, double scale);
+    Value collect(Value color, Value past, Value trust, Value motion, double scale);
     Value warp(Value image, Value block_motion, int motion_block, Border border, Value fallback, int fallback_scale,
                std::string name = "warp");
     /// With one vector a pixel and fallback 0.

@@ -106,7 +106,9 @@ struct PreviousDepth {
 
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
-struct CheckedMotion {};
+struct CheckedMotion {
+    bool companions = false;  // fsr2 (docs/fsr2.md): a neighbour that moves along hides nothing
+};
 
 /// validity(m). Input: motion. Result: 1 channel, 0 everywhere in a reset frame.
 struct Validity {};
@@ -165,6 +167,22 @@ struct Compose {
     double scale;
 };
 inline constexpr int kComposeParameters = 17;
+
+// FSR 2's class of upscaler: docs/fsr2.md. History is as above.
+
+/// residual(colour, past, J) at any real scale. Inputs: colour, past. Result: 3 channels at render resolution, in
+/// YCoCg.
+struct Residual {};
+/// trust(D, c, s) at any real scale. Inputs: residual, checked motion. Result: 1 channel at render resolution, from 0
+/// to 1.
+struct Trust {
+    double scale;
+};
+/// collect(colour, past, t, M, s, J) at any real scale from 1. Inputs: colour, past, trust, motion in HR pixels (a
+/// vector for each). Result: the new history.
+struct Collect {
+    double scale;
+};
 
 /// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
 struct Pick {
@@ -316,11 +334,11 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas,
-                 ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
-                 Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense, Compose, Warp, MaxPool, Pick, Place,
-                 AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide,
-                 NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu,
+                              Rcas, ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity,
+                              Reproject, Range, Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense,
+                              Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen,
+                              OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
+                              NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

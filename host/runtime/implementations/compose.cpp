@@ -1,14 +1,9 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
 namespace {
-
-constexpr int kLanes = 16, kRows = 16;
 
 double scale_of(const Problem& problem) { return std::get<graph::Compose>(problem.node.op).scale; }
 
@@ -31,28 +26,16 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
-// --- lanes: sixteen samples' pixels as one vector
-
-int prefer_lanes(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = problem.output.block == 1 && std::all_of(problem.inputs.begin(), problem.inputs.end(),
-                                                               [](const TensorLayout& in) { return in.block == 1; });
-    return fits && !wants_many_work_items(profile) ? 2 : 0;
-}
-
 Lowered lower_lanes(const Problem& problem, const Choices& choices) {
-    Lowered lowered = lower_plain(problem, choices);
-    lowered.call.entry = "compose_lanes";
-    lowered.call.options +=
-        fmt::format(" -DROWS={} -DPHASES={}", kRows, static_cast<int>(std::ceil(scale_of(problem))));
-    lowered.call.global = strips(problem.inputs[0], kLanes, kRows);
-    return lowered;
+    return in_sample_lanes(lower_plain(problem, choices), problem, scale_of(problem));
 }
 
 }  // namespace
 
 std::span<const Implementation> compose_implementations() {
-    static const Implementation implementations[] = {{"compose lanes", prefer_lanes, single_choices, lower_lanes},
-                                                     {"compose", obvious, group_choices, lower_plain}};
+    static const Implementation implementations[] = {
+        {"compose lanes", prefer_sample_lanes, single_choices, lower_lanes},
+        {"compose", obvious, group_choices, lower_plain}};
     return implementations;
 }
 

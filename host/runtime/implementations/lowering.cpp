@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -83,6 +84,20 @@ Lowered in_source_strips(Lowered plain, const Problem& problem, double scale, in
     plain.call.options +=
         fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kPixels, kRows, source_span(kPixels, scale, taps));
     plain.call.global = strips(problem.output, kPixels, kRows);
+    return plain;
+}
+
+int prefer_sample_lanes(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = problem.output.block == 1 && std::all_of(problem.inputs.begin(), problem.inputs.end(),
+                                                               [](const TensorLayout& in) { return in.block == 1; });
+    return fits && !wants_many_work_items(profile) ? 2 : 0;
+}
+
+Lowered in_sample_lanes(Lowered plain, const Problem& problem, double scale) {
+    constexpr int kLanes = 16, kRows = 16;
+    plain.call.entry += "_lanes";
+    plain.call.options += fmt::format(" -DROWS={} -DPHASES={}", kRows, static_cast<int>(std::ceil(scale)));
+    plain.call.global = strips(problem.inputs[0], kLanes, kRows);
     return plain;
 }
 

@@ -48,6 +48,12 @@ int source_span(int pixels, double scale, int taps);
 int prefer_source_strips(const Problem& problem, const DeviceProfile& profile);
 Lowered in_source_strips(Lowered plain, const Problem& problem, double scale, int taps);
 
+/// An operator whose output pixels each look at the samples around their nearest one of inputs[0], all pixels of
+/// sixteen samples side by side as vectors: the kernel ENTRY_lanes of the same arguments, with ROWS of samples and
+/// PHASES (kernels/sample_lanes.clh).
+int prefer_sample_lanes(const Problem& problem, const DeviceProfile& profile);
+Lowered in_sample_lanes(Lowered plain, const Problem& problem, double scale);
+
 /// The OpenCL type of the caller's elements.
 std::string_view opencl_type(ElementType type);
 

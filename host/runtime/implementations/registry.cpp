@@ -42,6 +42,9 @@ struct ByOperator {
     }
     std::span<const Implementation> operator()(const graph::Sense&) const { return sense_implementations(); }
     std::span<const Implementation> operator()(const graph::Compose&) const { return compose_implementations(); }
+    std::span<const Implementation> operator()(const graph::Residual&) const { return residual_implementations(); }
+    std::span<const Implementation> operator()(const graph::Trust&) const { return trust_implementations(); }
+    std::span<const Implementation> operator()(const graph::Collect&) const { return collect_implementations(); }
     std::span<const Implementation> operator()(const graph::Warp&) const { return warp_implementations(); }
     std::span<const Implementation> operator()(const graph::Pick&) const { return pick_implementations(); }
     std::span<const Implementation> operator()(const graph::Place&) const { return place_implementations(); }

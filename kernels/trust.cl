@@ -1,0 +1,79 @@
+// trust(D, c, s) of docs/fsr2.md: how far the history around a sample is to be believed, from 0 to 1.
+//
+// Options: RESIDUAL_*, OUT_* (layouts of one storage), MOTION_* (float), SCALE (as the sum of two floats: SCALE_REST),
+// STRIP (pixels of a row to a work-item), STORE_HALF.
+
+#define NARROW 3.0f  // deviations of the mean at which half is believed: of 3×3 samples
+#define WIDE 5.0f    // of 5×5, where nothing moves
+#define ALLOWED 8e-5f
+#define APART 0.1f  // render pixels that vectors may differ by, and the share of their length
+#define APART_SHARE 0.2f
+#define APART_RANGE 0.4f
+#define APART_COST 0.8f
+#define FAR 1e4f  // beyond all vectors' differences
+
+// Sums over a column of five samples and over the middle three of it, and the range of the middle three's vectors.
+typedef struct {
+    float4 wide, wide_squares, narrow, narrow_squares;
+    float2 least, most;
+} Column;
+
+INLINE Column column_at(global const storage* residual, global const float* motion, int x, int y) {
+    Column sums = {0, 0, 0, 0, FAR, -FAR};
+    const int column = clamp(x, 0, OUT_WIDTH - 1);
+#pragma unroll
+    for (int j = -2; j <= 2; ++j) {
+        const float4 sample = LOAD_CHANNELS(RESIDUAL, residual, column, clamp(y + j, 0, OUT_HEIGHT - 1), 0);
+        sums.wide += sample;
+        sums.wide_squares += sample * sample;
+        if (j < -1 || j > 1) continue;
+        sums.narrow += sample;
+        sums.narrow_squares += sample * sample;
+        const int row = clamp(y + j, 0, OUT_HEIGHT - 1);
+        const float2 vector = (float2)(motion[AT(MOTION, column, row, 0)], motion[AT(MOTION, column, row, 1)]);
+        const int valid = is_finite(vector.x) && is_finite(vector.y);
+        sums.least = valid ? fmin(sums.least, vector) : -FAR;
+        sums.most = valid ? fmax(sums.most, vector) : FAR;
+    }
+    return sums;
+}
+
+// The square of the mean's size over that of the deviation that the mean of so many has by chance.
+INLINE float chance(float4 sum, float4 squares, float count, float allowed_deviations) {
+    const float4 mean = sum / count, variance = fmax(squares / count - mean * mean, 0.0f);
+    const float size = mean.x * mean.x + mean.y * mean.y + mean.z * mean.z;
+    return size /
+           (((variance.x + variance.y + variance.z) / count + ALLOWED) * allowed_deviations * allowed_deviations);
+}
+
+INLINE float trust_in(const Column* c, float2 vector) {
+    const float4 narrow = c[1].narrow + c[2].narrow + c[3].narrow;
+    const float4 narrow_squares = c[1].narrow_squares + c[2].narrow_squares + c[3].narrow_squares;
+    const float4 wide = c[0].wide + c[1].wide + c[2].wide + c[3].wide + c[4].wide;
+    const float4 wide_squares =
+        c[0].wide_squares + c[1].wide_squares + c[2].wide_squares + c[3].wide_squares + c[4].wide_squares;
+    const int valid = is_finite(vector.x) && is_finite(vector.y);
+    const float length = valid ? sqrt(vector.x * vector.x + vector.y * vector.y) : 0;
+    const float still = fmax(1 - 4 * SCALE * length, 0.0f);
+    const float doubt = mix(chance(narrow, narrow_squares, 9, NARROW), chance(wide, wide_squares, 25, WIDE), still);
+    const float2 span = fmax(fmax(c[1].most, c[2].most), c[3].most) - fmin(fmin(c[1].least, c[2].least), c[3].least);
+    const float beyond = fmax(span.x, span.y) - APART - APART_SHARE * length;
+    const float apart = valid ? clamp(beyond / APART_RANGE, 0.0f, 1.0f) : 1;
+    return (1 - APART_COST * apart) / (1 + doubt * doubt * doubt);
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void trust(global const storage* residual,
+                                                                       global const float* motion,
+                                                                       global storage* out) {
+    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+    if (y >= OUT_HEIGHT) return;
+    Column columns[5];
+    for (int i = 0; i < 4; ++i) columns[i + 1] = column_at(residual, motion, first - 2 + i, y);
+    for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
+#pragma unroll
+        for (int i = 0; i < 4; ++i) columns[i] = columns[i + 1];
+        columns[4] = column_at(residual, motion, x + 2, y);
+        const float2 vector = (float2)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]);
+        STORE(trust_in(columns, vector), out, AT(OUT, x, y, 0));
+    }
+}
