@@ -4,8 +4,7 @@
 //
 // Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_* and SHARE, of the way
 // to the previous frame; OUT holds ones before), LANDED_SOURCE (with DEPTH_*, LANDED_* and SHARE; OUT holds a number
-// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*; COMPANIONS of
-// docs/fsr2.md) or VALIDITY.
+// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
 
 #define REACHED 0.1f               // the bilinear weight from which on a pixel's depth is that of a neighbour too
 #define NEARER 0.02f               // of the depth: what is nearer by less hides nothing
@@ -82,7 +81,6 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(g
 #endif
 
 #ifdef CHECKED_MOTION
-#ifdef COMPANIONS
 #define ALONG 0.25f  // render pixels by which vectors differ that still move along
 
 // Depths of the pixel's neighbours that move along with it; −1 of the others.
@@ -103,9 +101,6 @@ INLINE int is_companion(float depth, const float* companions) {
     for (int i = 0; i < 9; ++i) found |= companions[i] == depth;
     return found;
 }
-#else
-INLINE int is_companion(float depth, const float* companions) { return 0; }
-#endif
 
 // The weights of what is inside the image, and of that what hides the surface.
 INLINE void look(global const float* previous, int x, int y, float weight, float least, const float* companions,
@@ -136,9 +131,7 @@ INLINE int was_seen(global const float* motion, global const float* depth, globa
     const float least = here - (NEARER * here + 2 * slopes + DEPTH_STEP);
     const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
     float seen = 0, hidden = 0, companions[9];
-#ifdef COMPANIONS
     find_companions(motion, depth, x, y, companions);
-#endif
     look(previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, companions, &seen, &hidden);
     look(previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, companions, &seen, &hidden);
     look(previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, companions, &seen, &hidden);

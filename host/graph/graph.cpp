@@ -105,11 +105,11 @@ Value Graph::landed_depth(Value motion, Value depth, float share) {
     return add(PreviousDepth{share}, {ones, motion, depth}, in, "landed depth");
 }
 
-Value Graph::checked_motion(Value motion, Value depth, Value previous_depth, bool companions) {
+Value Graph::checked_motion(Value motion, Value depth, Value previous_depth) {
     const Shape in = shape(motion);
     expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width} && shape(previous_depth) == shape(depth),
            "depths have the motion's size");
-    return add(CheckedMotion{companions}, {motion, depth, previous_depth}, in, "checked motion");
+    return add(CheckedMotion{}, {motion, depth, previous_depth}, in, "checked motion");
 }
 
 Value Graph::validity(Value motion) {

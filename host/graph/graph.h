@@ -98,7 +98,7 @@ class Graph {
     Value dilate(Value motion, Value depth, int scale);
     Value previous_depth(Value motion, Value depth);
     Value landed_depth(Value motion, Value depth, float share);
-    Value checked_motion(Value motion, Value depth, Value previous_depth, bool companions = false);
+    Value checked_motion(Value motion, Value depth, Value previous_depth);
     Value validity(Value motion);
     Value reproject(Value motion, Value depth, double scale, Size output_size);
     Value range(Value color, Value history, int scale);

@@ -106,9 +106,7 @@ struct PreviousDepth {
 
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
-struct CheckedMotion {
-    bool companions = false;  // fsr2 (docs/fsr2.md): a neighbour that moves along hides nothing
-};
+struct CheckedMotion {};
 
 /// validity(m). Input: motion. Result: 1 channel, 0 everywhere in a reset frame.
 struct Validity {};

@@ -35,12 +35,10 @@ Lowered lower_checked_motion(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
     call.entry = "checked_motion";
-    const bool companions = std::get<graph::CheckedMotion>(problem.node.op).companions;
-    call.options = fmt::format("-DCHECKED_MOTION{} {}", companions ? " -DCOMPANIONS" : "",
-                               image_options({{"MOTION", problem.inputs[0]},
-                                              {"DEPTH", problem.inputs[1]},
-                                              {"PREVIOUS", problem.inputs[2]},
-                                              {"OUT", problem.output}}));
+    call.options = fmt::format("-DCHECKED_MOTION {}", image_options({{"MOTION", problem.inputs[0]},
+                                                                     {"DEPTH", problem.inputs[1]},
+                                                                     {"PREVIOUS", problem.inputs[2]},
+                                                                     {"OUT", problem.output}}));
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},

@@ -16,6 +16,7 @@ NEARER = 0.02  # of the depth: what is nearer by more has hidden a surface, also
 DEPTH_STEP = 2.0**-16  # of a 16-bit depth
 SILHOUETTE_DEPTH = 0.1  # of the smallest depth
 SILHOUETTE_MOTION = 0.25  # render pixels
+ALONG = 0.25  # render pixels by which vectors differ that still move along
 ALLOWED = 2 / 255  # outside the range of what is around
 COUNTED = 1e-3  # the least weight along an axis of a tap that counts
 
@@ -89,6 +90,15 @@ def slopes(depth):
     return total
 
 
+def companions(motion, depth):
+    """Depths of each pixel's 3×3 neighbours that move along with it [N, 9, h, w]; −1 of the others."""
+    height, width = depth.shape[-2:]
+    around = F.pad(torch.cat((motion, depth), dim=1), (1, 1, 1, 1), value=float("nan"))
+    around = [around[:, :, j : j + height, i : i + width] for j in range(3) for i in range(3)]
+    along = [((each[:, :2] - motion).abs() <= ALONG).all(dim=1, keepdim=True) for each in around]
+    return torch.cat([torch.where(a, each[:, 2:], torch.full_like(depth, -1)) for a, each in zip(along, around)], dim=1)
+
+
 def checked_motion(motion, depth, jitter, previous=None):
     """Motion with NaN where the previous frame did not show the surface."""
     previous = previous_depth(motion, depth, jitter) if previous is None else previous
@@ -99,11 +109,12 @@ def checked_motion(motion, depth, jitter, previous=None):
     on_screen = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
     least = depth - (NEARER * depth + 2 * slopes(depth) + DEPTH_STEP)
     seen, nearer = torch.zeros_like(depth), torch.zeros_like(depth)
+    along = companions(motion, depth)
     for index, weight, inside in taps(x, y, (height, width)):
         weight = weight * inside
         seen = seen + weight
         before = previous.flatten(1).gather(1, index.flatten(1)).view_as(depth)
-        nearer = nearer + weight * (before < least)
+        nearer = nearer + weight * ((before < least) & ~(along == before).any(dim=1, keepdim=True))
     return motion.masked_fill(~(valid & on_screen & (nearer <= 0.5 * seen)), float("nan"))
 
 

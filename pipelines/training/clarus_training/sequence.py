@@ -42,7 +42,7 @@ class Sequence:
 
     def follow(self):
         """Adds `followed` [T, H, W, 2], in output pixels, and `checked` [T, h, w, 2], both float16: see history.py."""
-        self._load("history", ["followed", "checked"])
+        self._load("followed", ["followed", "checked"])
 
     def _load(self, kind, names):
         """Sets attributes to arrays that are decoded where they are not there yet."""

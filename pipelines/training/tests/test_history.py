@@ -55,6 +55,16 @@ def plain_slope(line, i):
     return min(steps, default=0)
 
 
+def plain_companions(motion, depth, x, y):
+    height, width = depth.shape
+    return [
+        depth[row, column].item()
+        for row in range(max(y - 1, 0), min(y + 2, height))
+        for column in range(max(x - 1, 0), min(x + 2, width))
+        if (motion[:, row, column] - motion[:, y, x]).abs().max() <= 0.25
+    ]
+
+
 def plain_checked_motion(motion, depth, previous, jitter):
     height, width = depth.shape[2:]
     result = torch.full_like(motion, float("nan"))
@@ -69,7 +79,9 @@ def plain_checked_motion(motion, depth, previous, jitter):
             slope = plain_slope(depth[0, 0, y].tolist(), x) + plain_slope(depth[0, 0, :, x].tolist(), y)
             least = d - (0.02 * d + 2 * slope + 2**-16)
             places = list(around(u, v, (height, width)))
-            nearer = sum(weight for row, column, weight in places if previous[0, 0, row, column] < least)
+            along = plain_companions(motion[0], depth[0, 0], x, y)
+            before = [(previous[0, 0, row, column].item(), weight) for row, column, weight in places]
+            nearer = sum(weight for distance, weight in before if distance < least and distance not in along)
             if nearer <= 0.5 * sum(weight for _, _, weight in places):
                 result[0, :, y, x] = motion[0, :, y, x]
     return result
