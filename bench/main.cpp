@@ -129,7 +129,7 @@ int run(int argc, char** argv) {
     antialiased.antialias = Antialiasing::mlaa;
     add("SRPO-x2", random_srpo(2), {960, 540}, kFrameRepetitions, antialiased);
     add("SRPO-x3", random_srpo(3), {640, 360}, kFrameRepetitions, antialiased);
-    for (const char* filter : {"nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau", "fsr2"})
+    for (const char* filter : {"nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2"})
         add(filter, Model::filter(filter, 2), {960, 540}, kFrameRepetitions);
 
     Record record;

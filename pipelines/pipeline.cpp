@@ -26,8 +26,7 @@ std::span<const Pipeline> pipelines() {
 std::span<const FilterPipeline> filters() {
     static const FilterPipeline all[] = {
         {"nearest", build_nearest}, {"bilinear", build_bilinear}, {"bicubic", build_bicubic},
-        {"lanczos", build_lanczos}, {"fsr1", build_fsr1},         {"taau", build_taau},
-        {"fsr2", build_fsr2},
+        {"lanczos", build_lanczos}, {"fsr1", build_fsr1},         {"fsr2", build_fsr2},
     };
     return all;
 }

@@ -54,7 +54,6 @@ graph::Graph build_bilinear(const FilterSettings& settings);
 graph::Graph build_bicubic(const FilterSettings& settings);
 graph::Graph build_lanczos(const FilterSettings& settings);
 graph::Graph build_fsr1(const FilterSettings& settings);
-graph::Graph build_taau(const FilterSettings& settings);
 graph::Graph build_fsr2(const FilterSettings& settings);
 
 }  // namespace clarus::pipelines

@@ -248,7 +248,7 @@ TEST_CASE("a network of any scale whose file says none takes the sequence's, or 
 
 TEST_CASE("every filter is a model") {
     const Workplace place;
-    for (const char* filter : {"nearest", "lanczos", "fsr1", "taau", "fsr2"}) {
+    for (const char* filter : {"nearest", "lanczos", "fsr1", "fsr2"}) {
         CAPTURE(std::string(filter));
         REQUIRE(place.upscale(filter, {"--scale", "1.7"}).exit_code == 0);
         CHECK(io::read_image_header(place.output() / "0000.png").size == Size{41, 27});
@@ -588,11 +588,11 @@ TEST_CASE("compare measures stability where the sequence has what that needs") {
 
 TEST_CASE("compare measures in masks, and blocks against a baseline") {
     const Workplace place;
-    const fs::path sequence = place / "rendered", bicubic = place / "bicubic", taau = place / "taau";
+    const fs::path sequence = place / "rendered", bicubic = place / "bicubic", fsr2 = place / "fsr2";
     REQUIRE(run_tool({"render", "--scene", "demo", "--path", "1", "--first-frame", "5", "--size", "80x48", "--frames",
                       "4", "--reference-samples", "1", "--output-buffers", "-o", sequence.string()})
                 .exit_code == 0);
-    for (const fs::path& folder : {bicubic, taau})
+    for (const fs::path& folder : {bicubic, fsr2})
         REQUIRE(run_tool({"upscale", sequence.string(), "--model", folder.filename().string(), "--device",
                           test_selector(), "--output", folder.string(), "--report", (folder / "report.json").string()})
                     .exit_code == 0);
@@ -608,7 +608,7 @@ TEST_CASE("compare measures in masks, and blocks against a baseline") {
         return json::parse(outcome.out);
     };
 
-    const json figures = compare_json({taau.string(), bicubic.string()});
+    const json figures = compare_json({fsr2.string(), bicubic.string()});
     const io::Sequence described = io::read_sequence(sequence);
     metrics::MaskMaker maker(2);
     std::vector<metrics::FrameQuality> expected, baseline;
@@ -617,12 +617,12 @@ TEST_CASE("compare measures in masks, and blocks against a baseline") {
             return metrics::display_values(io::read_image(folder / fmt::format("{:04}.png", i)), ColorSpace::srgb);
         };
         const metrics::Masks masks = maker.add(*io::read_ground_truth(described, i), i > 0);
-        expected.push_back(metrics::measure(read(taau), read(sequence / "reference"), &masks));
+        expected.push_back(metrics::measure(read(fsr2), read(sequence / "reference"), &masks));
         baseline.push_back(metrics::measure(read(bicubic), read(sequence / "reference"), &masks));
     }
     metrics::compare_blocks(expected, baseline);
     CHECK(figures[0] == json::parse([&] {
-              nlohmann::ordered_json whole{{"result", taau.string()}};
+              nlohmann::ordered_json whole{{"result", fsr2.string()}};
               whole.update(cli::quality_json(metrics::summarise(expected)));
               whole["if_ssim"] = figures[0]["if_ssim"];
               for (const char* key : {"strred", "srred", "trred"}) whole[key] = figures[0][key];
@@ -643,16 +643,16 @@ TEST_CASE("compare measures in masks, and blocks against a baseline") {
     // By its name or its report, or told; in a table with its note.
     fs::rename(bicubic, place / "other");
     const std::string other = (place / "other").string();
-    CHECK(compare_json({taau.string(), other})[0] == figures[0]);
+    CHECK(compare_json({fsr2.string(), other})[0] == figures[0]);
     fs::remove(place / "other" / "report.json");
-    CHECK_FALSE(compare_json({taau.string(), other})[0].contains("worse_blocks"));
-    CHECK(compare_json({taau.string(), "--baseline", other}) == figures[0]);
-    const Outcome text = compare({taau.string(), "--baseline", other});
+    CHECK_FALSE(compare_json({fsr2.string(), other})[0].contains("worse_blocks"));
+    CHECK(compare_json({fsr2.string(), "--baseline", other}) == figures[0]);
+    const Outcome text = compare({fsr2.string(), "--baseline", other});
     CHECK_MESSAGE(contains(text.out, "disoccl. 4"), text.out);
     CHECK(contains(text.out, "worse blocks (%)"));
     CHECK_FALSE(contains(text.out, "No "));
     CHECK(contains(compare({other, "--baseline", other}).out, "the only result is the baseline"));
-    const Outcome missing = compare({taau.string(), "--baseline", (place / "none").string()});
+    const Outcome missing = compare({fsr2.string(), "--baseline", (place / "none").string()});
     CHECK(missing.exit_code == 1);
     CHECK(contains(missing.err, (place / "none").string()));
 }

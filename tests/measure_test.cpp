@@ -260,7 +260,7 @@ TEST_CASE("profiles: models, sizes and precisions") {
 TEST_CASE("what is timed is checked against the obvious kernels, in both precisions") {
     BenchOptions options;
     options.devices = {test_selector()};
-    options.models = {CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", "taau"};
+    options.models = {CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", "fsr2"};
     options.sizes = {{64, 36}};
     options.precisions = {Precision::fp32, Precision::fp16};
     options.seconds = 1e-3;
@@ -320,7 +320,7 @@ TEST_CASE("two runs are compared by what they have in common") {
                                                      item("0:0", "fsr1", figure(0.03, 0.03, 0.03))});
     json b = results({device("0:0", "chip")}, {item("0:0", "lanczos", figure(0.0205, 0.0195, 0.0215)),
                                                item("0:0", "bicubic", figure(0.008, 0.0078, 0.0082)),
-                                               item("0:0", "taau", figure(0.03, 0.03, 0.03))});
+                                               item("0:0", "fsr2", figure(0.03, 0.03, 0.03))});
     b["suite"]["commit"] = "bbbb";
     b["devices"][0]["profile"]["driver_version"] = "2";
     b["items"][1]["score"]["stages"][0]["kernel"] = "tiles";
@@ -337,7 +337,7 @@ TEST_CASE("two runs are compared by what they have in common") {
     CHECK(bicubic.latency->is_bounded());
     CHECK(!comparison.items[1].latency->b_over_a.is_change());
     CHECK(comparison.only_a == std::vector<std::string>{"fsr1 64x36 fp32"});
-    CHECK(comparison.only_b == std::vector<std::string>{"taau 64x36 fp32"});
+    CHECK(comparison.only_b == std::vector<std::string>{"fsr2 64x36 fp32"});
     REQUIRE(comparison.facts.size() == 3);
     CHECK(comparison.facts[0].what == "commit");
     CHECK(comparison.facts[0].b == "bbbb");

@@ -133,9 +133,9 @@ void add_compare_command(CLI::App& app) {
         "encoding that shows 1 at 100 cd/m2.\n\n"
         "Examples:\n"
         "  clarus compare upscaled sequence\n"
-        "  clarus compare bicubic taau enss sequence          tables, the best in bold\n"
+        "  clarus compare bicubic fsr2 enss sequence          tables, the best in bold\n"
         "  clarus compare bicubic enss sequence --csv > quality.csv\n"
-        "  clarus compare taau enss sequence --baseline bilinear\n"
+        "  clarus compare fsr2 enss sequence --baseline bilinear\n"
         "  clarus compare bicubic enss sequence --sheet sheet.png --sheet-frame 0012 --crop 400,200,160,90\n"
         "  clarus compare upscaled sequence/reference --frames :8 --json");
     command.callback([options] { print_comparison(*options); });

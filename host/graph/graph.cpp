@@ -70,19 +70,6 @@ Value Graph::rcas(Value color, float sharpness) {
     return add(Rcas{sharpness}, {color}, shape(color), "rcas");
 }
 
-Value Graph::foremost_motion(Value motion, Value depth) {
-    const Shape in = shape(motion);
-    expect(in.channels == 2 && shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
-    return add(ForemostMotion{}, {motion, depth}, in, "foremost motion");
-}
-
-Value Graph::accumulate(Value color, Value motion, Value history, double scale) {
-    const Shape in = shape(color);
-    expect(in.channels == 3 && shape(motion) == Shape{2, in.height, in.width}, "a motion vector for each sample");
-    expect(shape(history).channels == kAccumulated, "history is what accumulation made");
-    return add(Accumulate{scale}, {color, motion, history}, shape(history), "accumulate");
-}
-
 Value Graph::dilate(Value motion, Value depth, int scale) {
     const Shape in = shape(motion);
     expect(shape(depth) == Shape{1, in.height, in.width}, "depth has the motion's size");
@@ -510,10 +497,10 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<WarpSharply>(node.op)) return 25 * elements;  // twelve taps
     if (std::holds_alternative<Sense>(node.op)) return 15 * elements;        // five look-ups
     if (std::holds_alternative<Compose>(node.op)) return 64 * elements;      // nine taps at 20, 76 for what follows
-    if (std::holds_alternative<Between>(node.op)) return 47 * elements;  // twenty taps of two images, seven for both
-    if (std::holds_alternative<Residual>(node.op)) return 14 * elements;     // a look-up, two conversions
-    if (std::holds_alternative<Trust>(node.op)) return 140 * elements;       // 10 columns' sums of 3 channels, 40 more
-    if (std::holds_alternative<Collect>(node.op)) return 65 * elements;      // nine taps at 24, 44 for what follows
+    if (std::holds_alternative<Between>(node.op)) return 47 * elements;   // twenty taps of two images, seven for both
+    if (std::holds_alternative<Residual>(node.op)) return 14 * elements;  // a look-up, two conversions
+    if (std::holds_alternative<Trust>(node.op)) return 140 * elements;    // 10 columns' sums of 3 channels, 40 more
+    if (std::holds_alternative<Collect>(node.op)) return 65 * elements;   // nine taps at 24, 44 for what follows
     if (const auto* pool = std::get_if<AveragePool>(&node.op)) return pool->scale * pool->scale * elements;
     if (std::holds_alternative<Sharpen>(node.op)) return 6 * elements;
     if (std::holds_alternative<OffsetMask>(node.op)) return 26 * elements;  // twice seven products, six sums
@@ -529,7 +516,6 @@ double operations(const Graph& graph, const Node& node) {
     if (std::holds_alternative<NssResolve>(node.op)) return 90 * elements;
     // Two bilinear filters of three channels, one of four.
     if (std::holds_alternative<NssInput>(node.op)) return 8 * elements;
-    if (std::holds_alternative<Accumulate>(node.op)) return 66 * elements;  // 9 samples, 16 pixels of history
     if (const auto* pointwise = std::get_if<Pointwise>(&node.op))
         return 3.0 * static_cast<double>(pointwise->steps.size()) * elements;
     return 0;

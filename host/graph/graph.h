@@ -93,8 +93,6 @@ class Graph {
     Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
     Value easu(Value color, double scale, Size output_size);
     Value rcas(Value color, float sharpness);
-    Value foremost_motion(Value motion, Value depth);
-    Value accumulate(Value color, Value motion, Value history, double scale);
     Value dilate(Value motion, Value depth, int scale);
     Value previous_depth(Value motion, Value depth);
     Value landed_depth(Value motion, Value depth, float share);

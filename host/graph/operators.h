@@ -60,17 +60,6 @@ struct Rcas {
     float sharpness;
 };
 
-/// Each pixel's motion, of it and its eight neighbours that of the one nearest to the viewer. Inputs: motion, depth.
-struct ForemostMotion {};
-
-/// One frame of temporal upsampling at any real scale, aware of the jitter. Inputs: colour, motion (a vector for each
-/// of its pixels), and last frame's result. Result: 5 channels at output resolution: colour, the weight of the samples
-/// in it, and their variance around it.
-struct Accumulate {
-    double scale;
-};
-inline constexpr int kAccumulated = 5;
-
 /// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.
 struct Dilate {
     int scale;
@@ -332,11 +321,11 @@ struct Pointwise {
     std::vector<int> results;
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu,
-                              Rcas, ForemostMotion, Accumulate, Dilate, Fill, PreviousDepth, CheckedMotion, Validity,
-                              Reproject, Range, Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense,
-                              Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen,
-                              OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
-                              NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas, Dilate,
+                 Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, LandedSource, MiddleMotion,
+                 Between, WarpSharply, Sense, Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place,
+                 AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide,
+                 NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 }  // namespace clarus::graph

@@ -101,8 +101,6 @@ std::span<const Implementation> upsample_motion_implementations();
 std::span<const Implementation> resample_implementations();
 std::span<const Implementation> easu_implementations();
 std::span<const Implementation> rcas_implementations();
-std::span<const Implementation> foremost_motion_implementations();
-std::span<const Implementation> accumulate_implementations();
 std::span<const Implementation> dilate_implementations();
 std::span<const Implementation> fill_implementations();
 std::span<const Implementation> previous_depth_implementations();

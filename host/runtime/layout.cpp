@@ -45,9 +45,9 @@ Storage storage_of(const Graph& graph, Value value, Storage images) {
     const Node& node = graph.nodes[value];
     if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
         return Storage::f32;
-    const bool is_motion = is<graph::Dilate>(node) || is<graph::ForemostMotion>(node) ||
-                           is<graph::UpsampleMotion>(node) || is<graph::CheckedMotion>(node) ||
-                           is<graph::Reproject>(node) || is<graph::MiddleMotion>(node) || is<graph::NssGuide>(node);
+    const bool is_motion = is<graph::Dilate>(node) || is<graph::UpsampleMotion>(node) ||
+                           is<graph::CheckedMotion>(node) || is<graph::Reproject>(node) ||
+                           is<graph::MiddleMotion>(node) || is<graph::NssGuide>(node);
     const bool is_depth = is<graph::Fill>(node) || is<graph::PreviousDepth>(node) || is<graph::LandedSource>(node) ||
                           is<graph::NssFar>(node) || is<graph::NssScatter>(node);
     return is_motion || is_depth ? Storage::f32 : images;

@@ -33,25 +33,4 @@ Graph build_fsr1(const FilterSettings& settings) {
     return graph;
 }
 
-Graph build_taau(const FilterSettings& settings) {
-    Graph graph;
-    const Value color = graph.input(Resource::color, settings.render);
-    const Value depth = graph.input(Resource::depth, settings.render);
-    const Value motion = graph.input(Resource::motion, settings.render);
-    const Value history =
-        graph.previous({graph::kAccumulated, settings.output.height, settings.output.width}, "history");
-    const Value foremost = graph.foremost_motion(motion, depth);
-    const Value accumulated = graph.accumulate(color, foremost, history, settings.scale);
-    graph.carry(history, accumulated);
-    graph.output = graph.slice(accumulated, 0, 3);
-    graph.views = {{"motion", foremost},
-                   {"weight", graph.slice(accumulated, 3, 1)},
-                   {"variance", graph.slice(accumulated, 4, 1)},
-                   {"input_motion", motion},
-                   {"input_depth", depth},
-                   {"input_color", color},
-                   {"output", graph.output}};
-    return graph;
-}
-
 }  // namespace clarus::pipelines

@@ -28,8 +28,8 @@ class Model {
     /// naming the tensor or key and what was expected; invalid_argument, naming a scale that the model does not have.
     static Model load(const std::string& path, double scale = 2);
 
-    /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "taau", "fsr2". `scale` is any
-    /// real number from 1; output sides end at 2^15 pixels.
+    /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2". `scale` is any real
+    /// number from 1; output sides end at 2^15 pixels.
     static Model filter(const std::string& name, double scale);
 
     /// A shipped model's or a filter's name, or a path. `scale` is used by filters and by models without a scale of

@@ -14,10 +14,6 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
     std::span<const Implementation> operator()(const graph::Easu&) const { return easu_implementations(); }
     std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
-    std::span<const Implementation> operator()(const graph::ForemostMotion&) const {
-        return foremost_motion_implementations();
-    }
-    std::span<const Implementation> operator()(const graph::Accumulate&) const { return accumulate_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
     std::span<const Implementation> operator()(const graph::Fill&) const { return fill_implementations(); }
     std::span<const Implementation> operator()(const graph::PreviousDepth&) const {
