@@ -144,14 +144,16 @@ class Enss(nn.Module):
         x = self.layers(self.network_input(frame, past, validity), ahead.kernels).to(color.dtype).contiguous()
         state, alpha, candidate = self.blend(past, x)
         if self.held:
-            output = history.hold(state[:, :3], color, warped[:, :3], s)
+            free, state = state, self.within_range(state, color, warped)
             if inside is not None:
-                inside["excess"] = state[:, :3] - output
-            state = torch.cat((output, state[:, 3:]), dim=1)
+                inside["excess"] = free[:, :3] - state[:, :3]
         if inside is not None:
             seen = dict(warped=past, alpha=alpha, candidate=candidate)
             inside.update({name: operators.depth_to_space(image, s) for name, image in seen.items()})
         return state[:, :3], state
+
+    def within_range(self, state, color, warped):
+        return torch.cat((history.hold(state[:, :3], color, warped[:, :3], self.scale), state[:, 3:]), dim=1)
 
     def network_input(self, frame, past, validity=None):
         color = frame.color

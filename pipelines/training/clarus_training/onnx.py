@@ -55,7 +55,8 @@ class EnssFrame(nn.Module):
         warped = operators.warp(state, operators.dilate(motion, depth, scale), "clamp", 0)
         history = operators.space_to_depth(warped, scale)
         x = self.network.network_input(Frame(color, depth, motion, self.jitter), history)
-        return self.network.blend(history, self.convolutions(x))[0]
+        state = self.network.blend(history, self.convolutions(x))[0]
+        return self.network.within_range(state, color, warped) if self.network.held else state
 
 
 class NsrrNetwork(nn.Module):
@@ -107,8 +108,8 @@ class FrameStep(nn.Module):
         self.network, self.jitter = network, jitter
 
     def forward(self, color, depth, motion, *state):
-        output, state = self.network.step(Frame(color, depth, motion, self.jitter), state)
-        # MNSS's state begins with the output, which so is returned once.
+        output, state = self.network.step(Frame(color, depth, motion, self.jitter), list(state))
+        # A state that begins with the output returns it once.
         return tuple(state) if state and state[0] is output else (output, *state)
 
 
@@ -135,14 +136,16 @@ def state_after_reset(network, frame):
     with torch.no_grad():
         state = network.step(frame)[1]
     if network.pipeline == "nsrr":
-        state = state + [torch.zeros_like(state[0])] * (network.previous_frames - len(state)) if state else []
+        outputs, maps = (state[:1], state[1:]) if network.held else ([], state)
+        missing = network.previous_frames - len(maps)
+        state = outputs + maps + [torch.zeros_like(maps[0])] * missing if maps else outputs
     return state
 
 
 def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
-    if getattr(network, "checked", False) or getattr(network, "held", False):
-        raise SystemExit("a frame with a checked history or a held range has no ONNX graph; --part network has")
+    if getattr(network, "checked", False):
+        raise SystemExit("a frame with a checked history scatters depth, which cannot be exported; --part network has its convolutions")
     if network.pipeline == "nss":
         raise SystemExit("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
@@ -155,8 +158,9 @@ def frame_graph(network, frame):
     if network.pipeline == "mnss":
         previous = dict(zip(("previous_output", "previous_depth"), state))
         return Graph(module, {**images, **previous}, ["output", "upsampled_depth"])
-    maps = [f"map_{i + 1}" for i in range(len(state))]
-    previous = {f"previous_{name}": tensor for name, tensor in zip(maps, state)}
+    kept = ["output"] if network.held else []
+    maps = [f"map_{i + 1}" for i in range(len(state) - len(kept))]
+    previous = {f"previous_{name}": tensor for name, tensor in zip(kept + maps, state)}
     return Graph(module, {**images, **previous}, ["output", *maps])
 
 

@@ -18,8 +18,8 @@ def models():
 
 
 def graphs(network):
-    """The graphs that a network has; what NSS and Clarus do beside their convolutions cannot be exported."""
-    alone = network.pipeline in ("nss", "clarus")
+    """The graphs that a network has; NSS's frame, and any whose history is checked, cannot be exported."""
+    alone = network.pipeline == "nss" or getattr(network, "checked", False)
     return {name: make for name, make in onnx.GRAPHS.items() if name == "network" or not alone}
 
 
