@@ -145,7 +145,7 @@ def state_after_reset(network, frame):
 def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
     if getattr(network, "checked", False):
-        raise SystemExit("a frame with a checked history scatters depth, which cannot be exported; --part network has its convolutions")
+        raise SystemExit("a frame with a checked history scatters depth, which cannot be exported; --part network can")
     if network.pipeline == "nss":
         raise SystemExit("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
