@@ -36,7 +36,7 @@ def l1_l2(output, reference):
 
 UNCOVERED = 3  # times the weight of a pixel that has no history
 STEADY = 1  # of changes along motion, beside the output's error
-WITHIN = 1  # of what a network shows beyond the range that it is held in
+WITHIN = 0.3  # of what a network shows beyond the range that it is held in
 
 
 EASIEST = 0.01  # error of a clip's bilinear upsampling below which it counts no more
