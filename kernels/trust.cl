@@ -12,14 +12,15 @@
 #define APART_COST 0.8f
 #define FAR 1e4f  // beyond all vectors' differences
 
-// Sums over a column of five samples and over the middle three of it, and the range of the middle three's vectors.
+// Sums over a column of five samples and over the middle three of it, and the range of the middle three's vectors, which
+// are no float2: Mesa 22.3's llvmpipe takes a wrong one where a condition chooses between vectors.
 typedef struct {
     float4 wide, wide_squares, narrow, narrow_squares;
-    float2 least, most;
+    float least_x, least_y, most_x, most_y;
 } Column;
 
 INLINE Column column_at(global const storage* residual, global const float* motion, int x, int y) {
-    Column sums = {0, 0, 0, 0, FAR, -FAR};
+    Column sums = {0, 0, 0, 0, FAR, FAR, -FAR, -FAR};
     const int column = clamp(x, 0, OUT_WIDTH - 1);
 #pragma unroll
     for (int j = -2; j <= 2; ++j) {
@@ -30,10 +31,12 @@ INLINE Column column_at(global const storage* residual, global const float* moti
         sums.narrow += sample;
         sums.narrow_squares += sample * sample;
         const int row = clamp(y + j, 0, OUT_HEIGHT - 1);
-        const float2 vector = (float2)(motion[AT(MOTION, column, row, 0)], motion[AT(MOTION, column, row, 1)]);
-        const int valid = is_finite(vector.x) && is_finite(vector.y);
-        sums.least = valid ? fmin(sums.least, vector) : -FAR;
-        sums.most = valid ? fmax(sums.most, vector) : FAR;
+        const float vector_x = motion[AT(MOTION, column, row, 0)], vector_y = motion[AT(MOTION, column, row, 1)];
+        const int valid = is_finite(vector_x) && is_finite(vector_y);
+        sums.least_x = valid ? fmin(sums.least_x, vector_x) : -FAR;
+        sums.least_y = valid ? fmin(sums.least_y, vector_y) : -FAR;
+        sums.most_x = valid ? fmax(sums.most_x, vector_x) : FAR;
+        sums.most_y = valid ? fmax(sums.most_y, vector_y) : FAR;
     }
     return sums;
 }
@@ -56,8 +59,10 @@ INLINE float trust_in(const Column* c, float2 vector) {
     const float length = valid ? sqrt(vector.x * vector.x + vector.y * vector.y) : 0;
     const float still = fmax(1 - 4 * SCALE * length, 0.0f);
     const float doubt = mix(chance(narrow, narrow_squares, 9, NARROW), chance(wide, wide_squares, 25, WIDE), still);
-    const float2 span = fmax(fmax(c[1].most, c[2].most), c[3].most) - fmin(fmin(c[1].least, c[2].least), c[3].least);
-    const float beyond = fmax(span.x, span.y) - APART - APART_SHARE * length;
+#define SPAN(axis)                                                      \
+    (fmax(fmax(c[1].most_##axis, c[2].most_##axis), c[3].most_##axis) - \
+     fmin(fmin(c[1].least_##axis, c[2].least_##axis), c[3].least_##axis))
+    const float beyond = fmax(SPAN(x), SPAN(y)) - APART - APART_SHARE * length;
     const float apart = valid ? clamp(beyond / APART_RANGE, 0.0f, 1.0f) : 1;
     return (1 - APART_COST * apart) / (1 + doubt * doubt * doubt);
 }
