@@ -12,8 +12,8 @@
 #define APART_COST 0.8f
 #define FAR 1e4f  // beyond all vectors' differences
 
-// Sums over a column of five samples and over the middle three of it, and the range of the middle three's vectors, which
-// are no float2: Mesa 22.3's llvmpipe takes a wrong one where a condition chooses between vectors.
+// Sums over a column of five samples and over the middle three of it, and the range of the middle three's vectors,
+// which are no float2: Mesa 22.3's llvmpipe takes a wrong one where a condition chooses between vectors.
 typedef struct {
     float4 wide, wide_squares, narrow, narrow_squares;
     float least_x, least_y, most_x, most_y;
