@@ -24,11 +24,10 @@ HistoryOptions history_options(const io::Safetensors& model) {
     return {asks_for(model, "history", "plain", "checked"), asks_for(model, "range", "unit", "held")};
 }
 
-CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, int scale) {
+CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale,
+                               Size output) {
     const graph::Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth));
-    const graph::Shape& render = graph.shape(depth);
-    const Size output{render.width * scale, render.height * scale};
-    return {graph.reproject(checked, depth, scale, output), graph.validity(checked)};
+    return {checked, graph.reproject(checked, depth, scale, output)};
 }
 
 }  // namespace clarus::pipelines

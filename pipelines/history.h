@@ -16,11 +16,12 @@ HistoryOptions history_options(const io::Safetensors& model);
 
 /// Where a frame's history is.
 struct CheckedHistory {
-    graph::Value motion;    // of HR pixels, in HR pixels, NaN where there is none
-    graph::Value validity;  // of render pixels: 1 where there is one
+    graph::Value checked;  // motion of render pixels, NaN where there is none
+    graph::Value motion;   // of output pixels, in output pixels, likewise
 };
 
-/// By `reproject` of what `checked_motion` leaves of motion.
-CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, int scale);
+/// By `reproject`, to an output `scale` times as large, of what `checked_motion` leaves of motion.
+CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale,
+                               Size output);
 
 }  // namespace clarus::pipelines

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/rounding.h"
+#include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
@@ -45,8 +46,7 @@ graph::Graph build_clarus(const io::Safetensors& model, double scale, Size rende
     const Value features = graph.previous({kFeatures, render.height, render.width}, "features");
 
     // Steps 1 and 2.
-    const Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth));
-    const Value hr_motion = graph.reproject(checked, depth, scale, output);
+    const auto [checked, hr_motion] = checked_history(graph, motion, depth, scale, output);
     const Value past = graph.warp_sharply(history, hr_motion, color, scale);
     const Value warped_features = graph.warp(features, checked, Border::zero, "warp features");
 

@@ -116,22 +116,23 @@ graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, co
         fail(ErrorKind::file, "{}: neither a table of kernels (first.weight) nor a perceptron (mlp.0.weight)",
              model.path().string());
 
+    const Size output{render.width * scale, render.height * scale};
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
     const Value motion = graph.input(Resource::motion, render);
     // Last frame's output and feature, side by side: one warp serves both.
-    const Value history = graph.previous({4, render.height * scale, render.width * scale}, "history");
+    const Value history = graph.previous({4, output.height, output.width}, "history");
 
     // Steps 1 and 2.
     std::vector<Value> seen{color, depth, graph.plane(FrameScalar::jitter_x, render),
                             graph.plane(FrameScalar::jitter_y, render)};
     Value hr_motion;
     if (options.checked) {
-        const CheckedHistory checked = checked_history(graph, motion, depth, scale);
+        const CheckedHistory checked = checked_history(graph, motion, depth, scale, output);
         hr_motion = checked.motion;
-        seen.push_back(checked.validity);
-        graph.views["validity"] = checked.validity;
+        seen.push_back(graph.validity(checked.checked));
+        graph.views["validity"] = seen.back();
     } else {
         hr_motion = graph.dilate(motion, depth, scale);
     }

@@ -1,3 +1,4 @@
+#include "pipelines/history.h"
 #include "pipelines/pipeline.h"
 
 // docs/fsr2.md.
@@ -14,8 +15,7 @@ graph::Graph build_fsr2(const FilterSettings& settings) {
     const Value motion = graph.input(Resource::motion, settings.render);
     const Value history = graph.previous({4, settings.output.height, settings.output.width}, "history");
 
-    const Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth));
-    const Value hr_motion = graph.reproject(checked, depth, settings.scale, settings.output);
+    const auto [checked, hr_motion] = checked_history(graph, motion, depth, settings.scale, settings.output);
     const Value past = graph.warp_sharply(history, hr_motion, color, settings.scale);
     const Value trust = graph.trust(graph.residual(color, past), checked, settings.scale);
     const Value collected = graph.collect(color, past, trust, hr_motion, settings.scale);

@@ -19,20 +19,21 @@ using graph::Value;
 
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
     const HistoryOptions options = history_options(model);
+    const Size output{render.width * scale, render.height * scale};
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
     const Value motion = graph.input(Resource::motion, render);
     const Value frame = graph.concat({color, depth});
     // Last frame's output and upsampled depth, side by side: one warp serves both.
-    const Value history = graph.previous({4, render.height * scale, render.width * scale}, "history");
+    const Value history = graph.previous({4, output.height, output.width}, "history");
 
     // Steps 1 and 2.
     Value hr_motion;
     if (options.checked) {
-        const CheckedHistory checked = checked_history(graph, motion, depth, scale);
+        const CheckedHistory checked = checked_history(graph, motion, depth, scale, output);
         hr_motion = checked.motion;
-        graph.views["validity"] = checked.validity;
+        graph.views["validity"] = graph.validity(checked.checked);
     } else {
         hr_motion = graph.upsample_motion(motion, scale, "warping: motion");
     }

@@ -133,8 +133,10 @@ class Builder {
 
     Value hr_motion() {
         if (!history_.checked) return graph_.upsample_motion(motion_, scale_, "motion upsampling");
-        const CheckedHistory checked = checked_history(graph_, motion_, depth_, scale_);
-        graph_.views["validity"] = checked.validity;
+        const graph::Shape& render = graph_.shape(depth_);
+        const Size output{render.width * scale_, render.height * scale_};
+        const CheckedHistory checked = checked_history(graph_, motion_, depth_, scale_, output);
+        graph_.views["validity"] = graph_.validity(checked.checked);
         return checked.motion;
     }
 
