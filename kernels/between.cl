@@ -9,10 +9,6 @@
 #define ALIKE 0.1f               // the difference between display values up to which they are one surface's
 #define UNLIKE 0.4f              // and that from which on they are not
 
-// Of numbers; the library's own are calls on some devices.
-#define LESSER(a, b) ((a) < (b) ? (a) : (b))
-#define GREATER(a, b) ((a) > (b) ? (a) : (b))
-
 // A pixel's vector in render pixels, and who shows it: 0 this frame, 1 the previous one.
 INLINE float3 middle_at(global const float* middle, int x, Taps ty) {
     const Taps tx = counted_taps(x, SCALE, SCALE_REST, 0, MIDDLE_WIDTH);

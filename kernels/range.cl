@@ -11,9 +11,6 @@
 
 #define ALLOWED (2 / 255.0f)
 
-#define LESSER(a, b) ((a) < (b) ? (a) : (b))
-#define GREATER(a, b) ((a) > (b) ? (a) : (b))
-
 #ifdef ROWS
 #define WIDEN(low, high, value)      \
     do {                             \

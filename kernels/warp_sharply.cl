@@ -80,9 +80,6 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply(gl
 #define LANES 16
 #define WEIGHTS 12  // four along each axis, and four of the bilinear filter
 
-#define LESSER(a, b) ((a) < (b) ? (a) : (b))
-#define GREATER(a, b) ((a) > (b) ? (a) : (b))
-
 // floor(v), where it fits an int.
 INLINE int16 whole_parts(float16 v) {
     const int16 toward_zero = convert_int16(v);
