@@ -44,7 +44,7 @@ class Clarus(nn.Module):
     def step(self, frame, state=None, ahead=None, inside=None):
         s, color = self.scale, frame.color
         place = ahead or self.ahead([frame])[0]
-        upsampled = F.pad(upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
+        upsampled = F.pad(history.upsample(color, s, frame.jitter), (0, 0, 0, 0, 0, 1))
         if state is None:
             past, validity = upsampled, torch.zeros_like(frame.depth)
             features = color.new_zeros(color.shape[0], FEATURES, *color.shape[2:])
@@ -72,13 +72,6 @@ class Clarus(nn.Module):
 
 def luma(image):
     return 0.299 * image[:, :1] + 0.587 * image[:, 1:2] + 0.114 * image[:, 2:3]
-
-
-def upsample(image, scale, jitter):
-    """operators.upsample at any scale."""
-    u, v = history.output_coordinates(image, scale, history.output_size(image, scale), jitter)
-    count = image.shape[0]
-    return operators.bilinear(image, u[:, 0].expand(count, -1, -1), v[:, 0].expand(count, -1, -1))
 
 
 def warp_sharply(image, grid):

@@ -134,6 +134,13 @@ def output_size(like, scale):
     return tuple(int(n * scale + 0.5) for n in like.shape[-2:])
 
 
+def upsample(image, scale, jitter):
+    """operators.upsample at any scale."""
+    u, v = output_coordinates(image, scale, output_size(image, scale), jitter)
+    count = image.shape[0]
+    return operators.bilinear(image, u[:, 0].expand(count, -1, -1), v[:, 0].expand(count, -1, -1))
+
+
 def reproject(motion, depth, scale, motion_jitter, size=None):
     """Motion of output pixels, in output pixels; NaN where there is no history."""
     batch, _, height, width = depth.shape

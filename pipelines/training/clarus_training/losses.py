@@ -37,8 +37,6 @@ def l1_l2(output, reference):
 UNCOVERED = 3  # times the weight of a pixel that has no history
 STEADY = 1  # of changes along motion, beside the output's error
 WITHIN = 0.3  # of what a network shows beyond the range that it is held in
-
-
 EASIEST = 0.01  # error of a clip's bilinear upsampling below which it counts no more
 
 
@@ -87,9 +85,7 @@ def evenness(frames, reference):
     """
     errors = []
     for frame_, wanted in list(zip(frames, reference))[:: max(1, len(frames) // 4)]:
-        count, scale = wanted.shape[0], wanted.shape[-1] / frame_.color.shape[-1]
-        u, v = history.output_coordinates(frame_.color, scale, wanted.shape[-2:], frame_.jitter)
-        upsampled = operators.bilinear(frame_.color, u[:, 0].expand(count, -1, -1), v[:, 0].expand(count, -1, -1))
+        upsampled = history.upsample(frame_.color, wanted.shape[-1] / frame_.color.shape[-1], frame_.jitter)
         errors.append((upsampled - wanted).abs().mean(dim=(1, 2, 3)))
     return 4 * EASIEST / (torch.stack(errors).mean(dim=0) + EASIEST)
 
