@@ -130,21 +130,43 @@ INLINE void transform_patches(INPUT_PARAMETERS int part, int x, int y, int chann
     }
 }
 
-INLINE void transform_strip(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int tiles,
+// The same, compiled once each: for every part and number of lanes inside the image, and at its border, where few
+// patches are, for all of them. Copies within the kernel would take several times as long to compile.
+#define DEFINE_TRANSFORM(P)                                                                           \
+    OUTLINE void transform_whole##P(INPUT_PARAMETERS int x, int y, int channel, local float* patch) { \
+        transform_patches(INPUT P, x, y, channel, 16, patch, 0);                                      \
+    }                                                                                                 \
+    OUTLINE void transform_rest##P(INPUT_PARAMETERS int x, int y, int channel, local float* patch) {  \
+        transform_patches(INPUT P, x, y, channel, REST_LANES(PART##P##_CHANNELS), patch, 0);          \
+    }
+EACH_PART(DEFINE_TRANSFORM)
+OUTLINE void transform_at_border(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, local float* patch) {
+    transform_patches(INPUT part, x, y, channel, lanes, patch, 1);
+}
+
+INLINE void transform_inside(INPUT_PARAMETERS int part, int x, int y, int channel, int is_rest, local float* patch) {
+#define TRANSFORM_CASE(P)                                                    \
+    if (part == P && is_rest) transform_rest##P(INPUT x, y, channel, patch); \
+    if (part == P && !is_rest) transform_whole##P(INPUT x, y, channel, patch);
+    EACH_PART(TRANSFORM_CASE)
+}
+
+INLINE void transform_strip(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int is_rest, int tiles,
                             local float* patch) {
     const int step = 16 / lanes;
     for (int t = 0; t < tiles; t += step, x += 4 * step, patch += 16) {
         if (x >= 0 && x + 4 * step + 2 <= IN_WIDTH && y >= 0 && y + 6 <= IN_HEIGHT)
-            transform_patches(INPUT part, x, y, channel, lanes, patch, 0);
+            transform_inside(INPUT part, x, y, channel, is_rest, patch);
         else
-            transform_patches(INPUT part, x, y, channel, lanes, patch, 1);
+            transform_at_border(INPUT part, x, y, channel, lanes, patch);
     }
 }
 
 INLINE void transform_part(INPUT_PARAMETERS int part, int channels, int x, int y, int tiles, local float* patches) {
     for (int block = 0; block < BLOCKS(channels); ++block, patches += 16 * TILES)
-        transform_strip(INPUT part, x, y, 16 * block, 16, tiles, patches);
-    if (REST(channels)) transform_strip(INPUT part, x, y, 16 * BLOCKS(channels), REST_LANES(channels), tiles, patches);
+        transform_strip(INPUT part, x, y, 16 * block, 16, 0, tiles, patches);
+    if (REST(channels))
+        transform_strip(INPUT part, x, y, 16 * BLOCKS(channels), REST_LANES(channels), 1, tiles, patches);
 }
 
 // Adds a part's share to one point's product for `blocks` blocks of sixteen output channels, all its sums in registers.
@@ -233,8 +255,8 @@ INLINE void transform_products(local const float* product, float16 pixel[16]) {
                          1);
 }
 
-INLINE void finish_block(local const float* product, global const float* bias, global storage* out, int x, int y,
-                         int block) {
+OUTLINE void finish_block(local const float* product, global const float* bias, global storage* out, int x, int y,
+                          int block) {
     float16 pixel[16];
     transform_products(product, pixel);
     const int whole = x + 4 <= OUT_WIDTH && y + 4 <= OUT_HEIGHT;
@@ -247,7 +269,7 @@ INLINE void finish_block(local const float* product, global const float* bias, g
 }
 
 // Four tiles' quads, the first at (x, y).
-INLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
+OUTLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
     float16 pixel[16];
     transform_products(product, pixel);
 #pragma unroll

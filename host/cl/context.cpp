@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "cl/error.h"
 #include "cl/kernel_source.h"
+#include "cl/platforms.h"
 #include "cl/profile.h"
 
 namespace clarus::ocl {
@@ -33,7 +34,8 @@ Context::Context(cl::Device device, DeviceProfile profile)
     : profile_(std::move(profile)),
       device_(std::move(device)),
       disk_cache_(programs_directory()),
-      identity_(device_identity(device_)) {
+      identity_(device_identity(device_)),
+      driver_keeps_programs_(driver_keeps_programs(device_)) {
     checked(fmt::format("make a context on {}", profile_.name), [&] { context_ = cl::Context(device_); });
     checked(fmt::format("make a queue on {}", profile_.name),
             [&] { queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE); });
@@ -45,7 +47,8 @@ Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue,
       context_(std::move(context)),
       queue_(std::move(queue)),
       disk_cache_(programs_directory()),
-      identity_(device_identity(device_)) {
+      identity_(device_identity(device_)),
+      driver_keeps_programs_(driver_keeps_programs(device_)) {
     checked("take over the caller's queue", [&] {
         queue_is_callers_ = !has_property(queue_, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
         if (!queue_is_callers_) queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
@@ -86,7 +89,9 @@ cl::Program Context::program_from_source(std::string_view name, std::string_view
 
 cl::Program Context::load_or_compile(std::string_view name, const std::string& source, const std::string& options,
                                      const CacheKey& key) {
-    if (const auto binary = disk_cache_.load(key)) {
+    const auto binary = disk_cache_.load(key);
+    if (binary && driver_keeps_programs_) return build(name, source, options);
+    if (binary) {
         try {
             cl::Program program(context_, {device_}, {*binary});
             program.build(device_, options.c_str());
@@ -96,14 +101,15 @@ cl::Program Context::load_or_compile(std::string_view name, const std::string& s
                 status_name(error.err()));
         }
     }
-    cl::Program program = compile(name, source, options);
+    log(LogLevel::debug, "compiling {} {}", name, options);
+    cl::Program program = build(name, source, options);
+    ++programs_compiled_;
     const std::lock_guard lock(mutex_);
     unsaved_.emplace(key, program);
     return program;
 }
 
-cl::Program Context::compile(std::string_view name, const std::string& source, const std::string& options) {
-    log(LogLevel::debug, "compiling {} {}", name, options);
+cl::Program Context::build(std::string_view name, const std::string& source, const std::string& options) {
     const cl::Program program =
         checked(fmt::format("make a program of {}", name), [&] { return cl::Program(context_, source); });
     try {
@@ -117,7 +123,6 @@ cl::Program Context::compile(std::string_view name, const std::string& source, c
              "{} does not compile on {} (driver {}) with the options '{}': {}. The compiler says:\n{}", name,
              profile_.name, profile_.driver_version, options, status_name(error.err()), build_log);
     }
-    ++programs_compiled_;
     return program;
 }
 
@@ -128,6 +133,10 @@ void Context::save_programs() {
         unsaved.swap(unsaved_);
     }
     for (const auto& [key, program] : unsaved) {
+        if (driver_keeps_programs_) {
+            disk_cache_.store(key, {});
+            continue;
+        }
         try {
             if (const auto binary = binary_for(program, device_); !binary.empty()) disk_cache_.store(key, binary);
         } catch (const cl::Error& error) {

@@ -14,7 +14,8 @@
 namespace clarus::ocl {
 
 /// A device, an OpenCL context on it, an in-order queue, and the programs built for it. Programs are kept in memory and
-/// on disk. Thread-safe; two threads may build different programs at once.
+/// on disk; where the driver keeps them itself, what is on disk only says that it has them. Thread-safe; two threads
+/// may build different programs at once.
 class Context {
   public:
     /// A context of its own with a queue that has profiling enabled.
@@ -47,13 +48,13 @@ class Context {
     /// first time: a driver may only then compile a kernel for its work-group size, and what it did goes along.
     void save_programs();
 
-    /// How many programs this context has compiled from source: 0 where memory and disk had them all.
+    /// How many programs this context has compiled: 0 where memory, disk and driver had them all.
     int programs_compiled() const { return programs_compiled_; }
 
   private:
     cl::Program load_or_compile(std::string_view name, const std::string& source, const std::string& options,
                                 const CacheKey& key);
-    cl::Program compile(std::string_view name, const std::string& source, const std::string& options);
+    cl::Program build(std::string_view name, const std::string& source, const std::string& options);
 
     DeviceProfile profile_;
     cl::Device device_;
@@ -64,7 +65,8 @@ class Context {
 
     DiskCache disk_cache_;
     std::string identity_;  // of the device and its driver
-    std::mutex mutex_;      // guards programs_ and unsaved_
+    bool driver_keeps_programs_;
+    std::mutex mutex_;  // guards programs_ and unsaved_
     std::map<CacheKey, std::shared_future<cl::Program>> programs_;
     std::map<CacheKey, cl::Program> unsaved_;
     std::atomic<int> programs_compiled_ = 0;

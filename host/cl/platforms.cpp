@@ -65,6 +65,11 @@ bool is_simulator(const cl::Device& device) {
     return (device.getInfo<CL_DEVICE_TYPE>() & every) == every;
 }
 
+bool driver_keeps_programs(const cl::Device& device) {
+    const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+    return platform.getInfo<CL_PLATFORM_NAME>() == "Portable Computing Language";
+}
+
 std::string_view class_name(DeviceClass device_class) {
     switch (device_class) {
         case DeviceClass::gpu:

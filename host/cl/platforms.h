@@ -27,6 +27,11 @@ DeviceClass device_class(const cl::Device& device);
 /// A device that claims to be of every type, as Oclgrind's does.
 bool is_simulator(const cl::Device& device);
 
+/// Whether the driver itself keeps what it compiles from source, from process to process. PoCL does, kernel by kernel
+/// and work-group size by work-group size; asked for a program's binary it compiles all of that once more, in a form
+/// that never runs (PoCL 3.1: as long again as the first time).
+bool driver_keeps_programs(const cl::Device& device);
+
 /// "gpu", "cpu" or "dsp".
 std::string_view class_name(DeviceClass device_class);
 

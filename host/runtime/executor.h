@@ -76,6 +76,7 @@ class Executor {
     ocl::Context& context_;
     const Plan& plan_;
     const UpscalerOptions& options_;
+    const int compiled_before_;  // programs, when the constructor began
     Weights weights_;
     Profiler profiler_;
     cl::Buffer arena_;
