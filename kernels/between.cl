@@ -10,7 +10,7 @@
 #define UNLIKE 0.4f              // and that from which on they are not
 
 // A pixel's vector in render pixels, and who shows it: 0 this frame, 1 the previous one.
-INLINE float3 middle_at(global const float* middle, int x, Taps ty) {
+INLINE float3 middle_at(const Sizes* sizes, global const float* middle, int x, Taps ty) {
     const Taps tx = counted_taps(x, SCALE, SCALE_REST, 0, MIDDLE_WIDTH);
     float4 taps[4];
     float weights[4];
@@ -55,7 +55,7 @@ INLINE float4 filtered(float16 above, float16 upper, float16 lower, float16 belo
 // An image of that layout at (column + s, row + t), 0 <= s, t < 1, held within the four pixels around it: where that
 // is a pixel, that. Pixels of four elements one after another are read a row at a time where all are inside.
 #define DEFINE_FILTERED(name, IMAGE)                                                                                   \
-    INLINE float4 name(global const storage* image, int column, int row, float s, float t) {                           \
+    INLINE float4 name(const Sizes* sizes, global const storage* image, int column, int row, float s, float t) {       \
         if (s == 0 && t == 0)                                                                                          \
             return LOAD_CHANNELS(IMAGE, image, clamp(column, 0, IMAGE##_WIDTH - 1), clamp(row, 0, IMAGE##_HEIGHT - 1), \
                                  0);                                                                                   \
@@ -78,15 +78,15 @@ INLINE float4 filtered(float16 above, float16 upper, float16 lower, float16 belo
 DEFINE_FILTERED(color_at, COLOR)
 DEFINE_FILTERED(previous_at, PREVIOUS)
 
-INLINE float4 interpolated(global const float* middle, global const storage* color, global const storage* previous,
-                           int x, int y, Taps ty) {
-    const float3 here = middle_at(middle, x, ty);
+INLINE float4 interpolated(const Sizes* sizes, global const float* middle, global const storage* color,
+                           global const storage* previous, int x, int y, Taps ty) {
+    const float3 here = middle_at(sizes, middle, x, ty);
     // Half of the way; longer than the image it leaves it all the same, and then fits an int.
     const float dx = clamp(0.5f * (SCALE + SCALE_REST) * here.x, -(float)OUT_WIDTH, (float)OUT_WIDTH);
     const float dy = clamp(0.5f * (SCALE + SCALE_REST) * here.y, -(float)OUT_HEIGHT, (float)OUT_HEIGHT);
     const int x_now = whole_part(-dx), y_now = whole_part(-dy), x_before = whole_part(dx), y_before = whole_part(dy);
-    const float4 now = color_at(color, x + x_now, y + y_now, -dx - x_now, -dy - y_now);
-    const float4 before = previous_at(previous, x + x_before, y + y_before, dx - x_before, dy - y_before);
+    const float4 now = color_at(sizes, color, x + x_now, y + y_now, -dx - x_now, -dy - y_now);
+    const float4 before = previous_at(sizes, previous, x + x_before, y + y_before, dx - x_before, dy - y_before);
     const int in_color = is_shown(x, -dx, OUT_WIDTH) && is_shown(y, -dy, OUT_HEIGHT);
     const int in_previous = is_shown(x, dx, OUT_WIDTH) && is_shown(y, dy, OUT_HEIGHT);
     const float4 apart = fabs(now - before);
@@ -97,16 +97,17 @@ INLINE float4 interpolated(global const float* middle, global const storage* col
     return now + share * (before - now);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void between(global const float* middle,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void between(Sizes given, global const float* middle,
                                                                          global const storage* color,
                                                                          global const storage* previous,
-                                                                         global storage* out, Frame frame) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+                                                                         global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     const Taps ty = counted_taps(y, SCALE, SCALE_REST, 0, MIDDLE_HEIGHT);
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
         const float4 result =
-            frame.reset ? LOAD_CHANNELS(COLOR, color, x, y, 0) : interpolated(middle, color, previous, x, y, ty);
+            frame.reset ? LOAD_CHANNELS(COLOR, color, x, y, 0) : interpolated(sizes, middle, color, previous, x, y, ty);
         STORE_CHANNELS(OUT, result, out, x, y, 0);
     }
 }

@@ -92,14 +92,15 @@
 DEFINE_COLLECT(float)
 
 // How far the history moved, in output pixels.
-INLINE float speed_at(global const float* motion, int x, int y) {
+INLINE float speed_at(const Sizes* sizes, global const float* motion, int x, int y) {
     const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
     const float speed = sqrt(motion_x * motion_x + motion_y * motion_y);
     return is_finite(speed) ? speed : 1;
 }
 
-INLINE void collect_pixel(global const storage* color, global const storage* past, global const storage* trust,
-                          global const float* motion, global storage* out, Frame frame, int x, int y) {
+INLINE void collect_pixel(const Sizes* sizes, global const storage* color, global const storage* past,
+                          global const storage* trust, global const float* motion, global storage* out, Frame frame,
+                          int x, int y) {
     const Nearest u = nearest_sample(x, frame.jitter_x, COLOR_WIDTH);
     const Nearest v = nearest_sample(y, frame.jitter_y, COLOR_HEIGHT);
     float samples[9][3], mean[3], deviation[3], before[4], result[4];
@@ -115,17 +116,18 @@ INLINE void collect_pixel(global const storage* color, global const storage* pas
     weigh_float(v.offset, sharp_y, soft_y);
     vstore4(LOAD_CHANNELS(PAST, past, x, y, 0), 0, before);
     collected_float(samples, mean, deviation, sharp_x, soft_x, sharp_y, soft_y,
-                    LOAD(trust, AT(TRUST, u.sample, v.sample, 0)), speed_at(motion, x, y), before, result);
+                    LOAD(trust, AT(TRUST, u.sample, v.sample, 0)), speed_at(sizes, motion, x, y), before, result);
     STORE_CHANNELS(OUT, vload4(0, result), out, x, y, 0);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect(Sizes given, global const storage* color,
                                                                          global const storage* past,
                                                                          global const storage* trust,
                                                                          global const float* motion,
-                                                                         global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x < OUT_WIDTH && y < OUT_HEIGHT) collect_pixel(color, past, trust, motion, out, frame, x, y);
+                                                                         global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
+    if (x < OUT_WIDTH && y < OUT_HEIGHT) collect_pixel(sizes, color, past, trust, motion, out, frame, x, y);
 }
 
 // For devices that make vectors of what a work-item says is one: all pixels whose nearest samples are LANES × ROWS, as
@@ -133,31 +135,31 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect(global 
 #ifdef PHASES
 DEFINE_COLLECT(float16)
 
-INLINE void load_converted(global const storage* color, int row, const int elements[3][LANES], float16 samples[3][3]) {
-    load_samples(color, row, elements, samples);
+INLINE void load_converted(const Sizes* sizes, global const storage* color, int row, const int elements[3][LANES],
+                           float16 samples[3][3]) {
+    load_samples(sizes, color, row, elements, samples);
 #pragma unroll
     for (int i = 0; i < 3; ++i) convert_float16(samples[i]);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(global const storage* color,
-                                                                               global const storage* past,
-                                                                               global const storage* trust,
-                                                                               global const float* motion,
-                                                                               global storage* out, Frame frame) {
-    const int first = LANES * get_global_id(0), first_row = ROWS * get_global_id(1);
-    const Strip strip = find_strip(first, frame.jitter_x);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(
+    Sizes given, global const storage* color, global const storage* past, global const storage* trust,
+    global const float* motion, global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int first = LANES * get_global_id(0), first_row = ROWS * ROW_ITEM(1);
+    const Strip strip = find_strip(sizes, first, frame.jitter_x);
     float16 sharp_x[PHASES][3], soft_x[PHASES][3], samples[9][3];
     for (int phase = 0; phase < PHASES; ++phase)
         weigh_float16(vload16(0, strip.offset[phase]), sharp_x[phase], soft_x[phase]);
     int y = first_pixel(first_row, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
-    load_converted(color, first_row - 1, strip.around, samples + 3);
-    load_converted(color, first_row, strip.around, samples + 6);
+    load_converted(sizes, color, first_row - 1, strip.around, samples + 3);
+    load_converted(sizes, color, first_row, strip.around, samples + 6);
     for (int row = first_row; row < min(first_row + ROWS, COLOR_HEIGHT); ++row) {
 #pragma unroll
         for (int i = 0; i < 6; ++i)
 #pragma unroll
             for (int c = 0; c < 3; ++c) samples[i][c] = samples[i + 3][c];
-        load_converted(color, row + 1, strip.around, samples + 6);
+        load_converted(sizes, color, row + 1, strip.around, samples + 6);
         const int end_y = first_pixel(row + 1, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
         if (y == end_y) continue;
         prefetch_row(color + AT(COLOR, first, min(row + 2, COLOR_HEIGHT - 1), 0), LANES * COLOR_STRIDE);
@@ -176,18 +178,18 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(g
                 for (int i = 0; i < LANES; ++i) {
                     const int x = min(strip.start[i] + phase, OUT_WIDTH - 1);
                     elements[i] = PAST_STRIDE * x;
-                    speeds[i] = speed_at(motion, x, y);
+                    speeds[i] = speed_at(sizes, motion, x, y);
                 }
                 float16 before[4], result[4];
                 load_lanes(past + AT(PAST, 0, y, 0), elements, before);
                 collected_float16(samples, mean, deviation, sharp_x[phase], soft_x[phase], sharp_y, soft_y,
                                   vload16(0, trusts), vload16(0, speeds), before, result);
-                store_pixels(result, &strip, phase, y, out);
+                store_pixels(sizes, result, &strip, phase, y, out);
             }
             // At the image's border, samples may have more pixels.
             for (int i = 0; i < LANES; ++i)
                 for (int extra = PHASES; extra < strip.count[i]; ++extra)
-                    collect_pixel(color, past, trust, motion, out, frame, strip.start[i] + extra, y);
+                    collect_pixel(sizes, color, past, trust, motion, out, frame, strip.start[i] + extra, y);
         }
     }
 }

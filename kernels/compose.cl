@@ -78,8 +78,8 @@
 
 DEFINE_COMPOSE(float)
 
-INLINE void compose_pixel(global const storage* color, global const storage* past, global const storage* parameters,
-                          global storage* out, Frame frame, int x, int y) {
+INLINE void compose_pixel(const Sizes* sizes, global const storage* color, global const storage* past,
+                          global const storage* parameters, global storage* out, Frame frame, int x, int y) {
     const Nearest u = nearest_sample(x, SHIFT_X, COLOR_WIDTH), v = nearest_sample(y, SHIFT_Y, COLOR_HEIGHT);
     float p[20], samples[9][3], low[3], high[3], before[4], result[4];
     for (int c = 0; c < 17; ++c) p[c] = LOAD(parameters, AT(PARAMETERS, u.sample, v.sample, c));
@@ -98,12 +98,13 @@ INLINE void compose_pixel(global const storage* color, global const storage* pas
     STORE_CHANNELS(OUT, vload4(0, result), out, x, y, 0);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose(Sizes given, global const storage* color,
                                                                          global const storage* past,
                                                                          global const storage* parameters,
-                                                                         global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
-    if (x < OUT_WIDTH && y < OUT_HEIGHT) compose_pixel(color, past, parameters, out, frame, x, y);
+                                                                         global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
+    if (x < OUT_WIDTH && y < OUT_HEIGHT) compose_pixel(sizes, color, past, parameters, out, frame, x, y);
 }
 
 // For devices that make vectors of what a work-item says is one: all pixels whose nearest samples are LANES × ROWS.
@@ -112,24 +113,26 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose(global 
 #ifdef PHASES
 DEFINE_COMPOSE(float16)
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(Sizes given, global const storage* color,
                                                                                global const storage* past,
                                                                                global const storage* parameters,
-                                                                               global storage* out, Frame frame) {
-    const int first = LANES * get_global_id(0), first_row = ROWS * get_global_id(1);
-    const Strip strip = find_strip(first, SHIFT_X);
+                                                                               global storage* restrict out,
+                                                                               Frame frame) {
+    TAKE(sizes);
+    const int first = LANES * get_global_id(0), first_row = ROWS * ROW_ITEM(1);
+    const Strip strip = find_strip(sizes, first, SHIFT_X);
     int predicted[LANES];
     for (int i = 0; i < LANES; ++i) predicted[i] = PARAMETERS_STRIDE * min(first + i, COLOR_WIDTH - 1);
     int y = first_pixel(first_row, SHIFT_Y, COLOR_HEIGHT, OUT_HEIGHT);
     float16 samples[9][3];
-    load_samples(color, first_row - 1, strip.around, samples + 3);
-    load_samples(color, first_row, strip.around, samples + 6);
+    load_samples(sizes, color, first_row - 1, strip.around, samples + 3);
+    load_samples(sizes, color, first_row, strip.around, samples + 6);
     for (int row = first_row; row < min(first_row + ROWS, COLOR_HEIGHT); ++row) {
 #pragma unroll
         for (int i = 0; i < 6; ++i)
 #pragma unroll
             for (int c = 0; c < 3; ++c) samples[i][c] = samples[i + 3][c];
-        load_samples(color, row + 1, strip.around, samples + 6);
+        load_samples(sizes, color, row + 1, strip.around, samples + 6);
         const int end_y = first_pixel(row + 1, SHIFT_Y, COLOR_HEIGHT, OUT_HEIGHT);
         if (y == end_y) continue;
         prefetch_row(color + AT(COLOR, first, min(row + 2, COLOR_HEIGHT - 1), 0), LANES * COLOR_STRIDE);
@@ -148,12 +151,12 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void compose_lanes(g
                 float16 before[4], result[4];
                 load_lanes(past + AT(PAST, 0, y, 0), elements, before);
                 composed_float16(p, samples, low, high, vload16(0, strip.offset[phase]), down, before, result);
-                store_pixels(result, &strip, phase, y, out);
+                store_pixels(sizes, result, &strip, phase, y, out);
             }
             // At the image's border, samples may have more pixels.
             for (int i = 0; i < LANES; ++i)
                 for (int extra = PHASES; extra < strip.count[i]; ++extra)
-                    compose_pixel(color, past, parameters, out, frame, strip.start[i] + extra, y);
+                    compose_pixel(sizes, color, past, parameters, out, frame, strip.start[i] + extra, y);
         }
     }
 }

@@ -96,9 +96,11 @@ INLINE void convolve(INPUT_PARAMETERS local const float* patch, global const flo
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
+    Sizes given, IMAGE_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
+    TAKE(sizes);
     local float patch[PATCH_ROWS * PATCH_ROW] __attribute__((aligned(64)));
-    const int x = (int)get_global_id(1) * PIXELS, y = (int)get_global_id(0) * ROWS;
+    const int x = (int)get_global_id(1) * PIXELS, y = ROW_ITEM(0) * ROWS;
     global const float* bias = packed + packed_offset;
     global const float* weights = bias + 16 * OUT_BLOCKS;
     stage(INPUT x - KERNEL / 2, y - KERNEL / 2, patch);

@@ -17,8 +17,10 @@ INLINE float channel(INPUT_PARAMETERS int x, int y, int c) {
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    Sizes given, IMAGE_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (!INSIDE(OUT, x, y)) return;
     global const float* bias = packed + packed_offset;
     global const float* weight = bias + COUT;

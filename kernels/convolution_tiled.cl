@@ -85,10 +85,12 @@ INLINE float16 samples_share(INPUT_PARAMETERS int x, int y, global const operand
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
+    Sizes given, IMAGE_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
+    TAKE(sizes);
     local operand patch[CHUNK * PLANE];
     const int lx = get_local_id(0), ly = get_local_id(1);
-    const int tile_x = ((int)get_global_id(0) - lx) * PIXELS, tile_y = (int)get_global_id(1) - ly;
+    const int tile_x = ((int)get_global_id(0) - lx) * PIXELS, tile_y = ROW_ITEM(1) - ly;
     global const float* bias = packed + packed_offset;
     global const operand* weights = (global const operand*)(bias + 16 * OUT_BLOCKS);
     for (int block = 0; block < OUT_BLOCKS; ++block, weights += 16 * TAPS * CIN) {

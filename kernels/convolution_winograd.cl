@@ -255,50 +255,65 @@ INLINE void transform_products(local const float* product, float16 pixel[16]) {
                          1);
 }
 
-OUTLINE void finish_block(local const float* product, global const float* bias, global storage* out, int x, int y,
-                          int block) {
+OUTLINE void finish_block(const Sizes* sizes, local const float* product, global const float* bias, global storage* out,
+                          int x, int y, int block) {
     float16 pixel[16];
     transform_products(product, pixel);
-    const int whole = x + 4 <= OUT_WIDTH && y + 4 <= OUT_HEIGHT;
     const int channels = COUT % 16 > 4 && block == COUT / 16 ? COUT % 16 : 16;
+    const int columns = min(4, OUT_WIDTH - x), rows = min(4, OUT_HEIGHT - y);
+    const float16 biases = vload16(block, bias);
 #pragma unroll
-    for (int i = 0; i < 16; ++i)
-        if (whole || INSIDE(OUT, x + i % 4, y + i / 4))
-            store_channels(ACTIVATE(pixel[i] + vload16(block, bias)), channels, out,
-                           AT(OUT, x + i % 4, y + i / 4, 16 * block));
+    for (int r = 0; r < 4; ++r) {
+        if (r >= rows) break;
+        global storage* row = out + AT(OUT, x, y + r, 16 * block);
+#pragma unroll
+        for (int c = 0; c < 4; ++c)
+            if (c < columns) store_channels(ACTIVATE(pixel[4 * r + c] + biases), channels, row, c * OUT_STRIDE);
+    }
 }
 
 // Four tiles' quads, the first at (x, y).
-OUTLINE void finish_quads(local const float* product, global const float* bias, global storage* out, int x, int y) {
+OUTLINE void finish_quads(const Sizes* sizes, local const float* product, global const float* bias, global storage* out,
+                          int x, int y) {
     float16 pixel[16];
     transform_products(product, pixel);
+    const int columns = min(16, OUT_WIDTH - x), rows = min(4, OUT_HEIGHT - y);
+    const float16 biases = vload16(OUT_BLOCKS, bias).s0123012301230123;
 #pragma unroll
-    for (int i = 0; i < 16; ++i) {
-        const float16 v = ACTIVATE(pixel[i] + vload16(OUT_BLOCKS, bias).s0123012301230123);
-        const float4 quad[4] = {v.s0123, v.s4567, v.s89ab, v.scdef};
+    for (int r = 0; r < 4; ++r) {
+        if (r >= rows) break;
+        global storage* row = out + AT(OUT, x, y + r, 16 * OUT_BLOCKS);
 #pragma unroll
-        for (int t = 0; t < 4; ++t)
-            if (INSIDE(OUT, x + 4 * t + i % 4, y + i / 4))
-                store_channels((float16)(quad[t], (float4)(0), (float8)(0)), COUT % 16, out,
-                               AT(OUT, x + 4 * t + i % 4, y + i / 4, 16 * OUT_BLOCKS));
+        for (int c = 0; c < 4; ++c) {
+            const float16 v = ACTIVATE(pixel[4 * r + c] + biases);
+            const float4 quad[4] = {v.s0123, v.s4567, v.s89ab, v.scdef};
+#pragma unroll
+            for (int t = 0; t < 4; ++t)
+                if (4 * t + c < columns)
+                    store_channels((float16)(quad[t], (float4)(0), (float8)(0)), COUT % 16, row,
+                                   (4 * t + c) * OUT_STRIDE);
+        }
     }
 }
 
 // Ahead of its use, a share of the memory that comes next: in each of the 36 · PASSES products, some of the four new
 // rows of the strip below and some of the pixels that this pass will write.
-INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int pass, int k, int block, int blocks) {
+// `below` are the rows of the parts that are asked for at present.
+INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, global const storage** below, int x, int y, int pass,
+                           int k, int block, int blocks) {
     const int shares = 9 * PASSES, share = 36 * pass + k;
     // Of an image that is pooled, twice as many rows of twice as many pixels. Upsampled ones and samples are small
     // enough to be in a cache.
 #define PREFETCH_BELOW(P)                                                                              \
-    {                                                                                                  \
+    if (READING(P) <= READING_POOLED) {                                                                \
         const int pool = READING(P) == READING_POOLED ? 2 : 1;                                         \
         const int row_lines = (pool * (4 * TILES + 2) * PART##P##_STRIDE * sizeof(storage) + 63) / 64; \
         const int row_shares = shares / pool, lines = (row_lines + row_shares - 1) / row_shares;       \
-        const int below = min(pool * (y + 5) + share / row_shares, PART##P##_HEIGHT - 1);              \
-        global const storage* row = in##P + AT(PART##P, pool * (x - 1), below, 0);                     \
-        if (READING(P) <= READING_POOLED)                                                              \
-            for (int i = 0; i < lines; ++i) PREFETCH(row + (share % row_shares * lines + i) * LINE);   \
+        if (k == 0 || share % row_shares == 0) {                                                       \
+            const int row = min(pool * (y + 5) + share / row_shares, PART##P##_HEIGHT - 1);            \
+            below[P] = in##P + AT(PART##P, pool * (x - 1), row, 0);                                    \
+        }                                                                                              \
+        for (int i = 0; i < lines; ++i) PREFETCH(below[P] + (share % row_shares * lines + i) * LINE);  \
     }
     EACH_PART(PREFETCH_BELOW)
     const int pixels = (4 * TILES + 8) / 9;
@@ -314,29 +329,33 @@ INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, i
 INLINE void run_pass(INPUT_PARAMETERS local const float* patches, global const float* bias, global const float* weights,
                      local float* products, global storage* out, int x, int y, int tiles, int pass, int blocks) {
     const int block = pass * GROUP;
+    global const storage* below[PARTS];
     for (int k = 0; k < 36; ++k) {
-        prefetch_share(INPUT out, x, y, pass, k, block, blocks);
+        prefetch_share(INPUT out, below, x, y, pass, k, block, blocks);
         multiply(patches + k * PATCH_POINT, weights + 16 * CIN * (36 * block + k * blocks),
                  products + k * PRODUCT_POINT, blocks);
     }
     for (int o = 0; o < blocks; ++o)
         for (int t = 0; t < tiles; ++t)
-            finish_block(products + 16 * (TILES * o + t), bias, out, x + 4 * t, y, block + o);
+            finish_block(sizes, products + 16 * (TILES * o + t), bias, out, x + 4 * t, y, block + o);
 }
 
 INLINE void run_quad_pass(INPUT_PARAMETERS local const float* patches, global const float* bias,
                           global const float* weights, local float* products, global storage* out, int x, int y,
                           int tiles) {
     weights += 36 * 16 * CIN * OUT_BLOCKS;
+    global const storage* below[PARTS];
     for (int k = 0; k < 36; ++k, weights += QUAD_FLOATS) {
-        prefetch_share(INPUT out, x, y, PASSES - 1, k, OUT_BLOCKS, OUT_BLOCKS == 0);
+        prefetch_share(INPUT out, below, x, y, PASSES - 1, k, OUT_BLOCKS, OUT_BLOCKS == 0);
         multiply_quad(patches + k * PATCH_POINT, weights, products + k * PRODUCT_POINT);
     }
-    for (int t = 0; t < tiles; t += 4) finish_quads(products + 4 * t, bias, out, x + 4 * t, y);
+    for (int t = 0; t < tiles; t += 4) finish_quads(sizes, products + 4 * t, bias, out, x + 4 * t, y);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
-    INPUT_PARAMETERS global const float* restrict packed, global storage* restrict out, uint packed_offset) {
+    Sizes given, IMAGE_PARAMETERS global const float* restrict packed, global storage* restrict out,
+    uint packed_offset) {
+    TAKE(sizes);
     local float patches[36 * PATCH_POINT] __attribute__((aligned(64)));
 #if IN_PLACE
     local float* products = patches;
@@ -344,7 +363,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
     local float products[36 * PRODUCT_POINT] __attribute__((aligned(64)));
 #endif
     const int first = (int)get_global_id(1) * TILES, tiles = min(TILES, (OUT_WIDTH + 3) / 4 - first);
-    const int x = 4 * first, y = 4 * (int)get_global_id(0);
+    const int x = 4 * first, y = 4 * ROW_ITEM(0);
 
 #define TRANSFORM(P) transform_part(INPUT P, PART##P##_CHANNELS, x - 1, y - 1, tiles, patches + TILES * PART##P##_LANE);
     EACH_PART(TRANSFORM)

@@ -11,10 +11,11 @@
 #define COLUMNS ((BLOCK - 2) / SCALE + 2)
 #endif
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void dilate(global const float* motion,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void dilate(Sizes given, global const float* motion,
                                                                         global const storage* depth,
-                                                                        global float* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                        global float* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int first_column = BLOCK * x / SCALE, first_row = BLOCK * y / SCALE;
     const int last_column = min((BLOCK * x + BLOCK - 1) / SCALE, DEPTH_WIDTH - 1);

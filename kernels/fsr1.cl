@@ -56,9 +56,10 @@ INLINE float edge_weight(EdgeKernel kernel_, float2 offset) {
 //   i j k l
 //     n o
 // around the pixel, which is between f, g, j and k, whose range the result does not leave.
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu(global const storage* in, global storage* out,
-                                                                      Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu(Sizes given, global const storage* in,
+                                                                      global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, frame.jitter_x);
     const Coordinate v = source_coordinate(y, SCALE, SCALE_REST, frame.jitter_y);
@@ -105,9 +106,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu(global con
 // texel under it, once, and then interpolated, first between lines. Wants texels of four elements; COLUMNS and LINES
 // are the most texels under the strip along each axis, all taps included.
 #ifdef ROWS
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(global const storage* in,
-                                                                            global storage* out, Frame frame) {
-    const int x0 = 16 * get_global_id(0), y0 = ROWS * get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(Sizes given, global const storage* in,
+                                                                            global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x0 = 16 * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int pixels = min(16, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
     const int first_column = source_coordinate(x0, SCALE, SCALE_REST, frame.jitter_x).whole - 1;
     const int first_line = source_coordinate(y0, SCALE, SCALE_REST, frame.jitter_y).whole - 1;
@@ -227,8 +229,10 @@ INLINE float4 lobes(float4 centre, float4 least, float4 most) {
     return fmin(to_black, to_white);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas(global const storage* in, global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas(Sizes given, global const storage* in,
+                                                                      global storage* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const float4 centre = LOAD_CHANNELS(IN, in, x, y, 0);
     const float4 above = LOAD_CHANNELS(IN, in, x, max(y - 1, 0), 0);
@@ -245,23 +249,24 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas(global con
 // The same for devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, four at a
 // time. Wants pixels of four elements.
 #ifdef ROWS
-INLINE float16 load_four(global const storage* in, int line, int x) {
+INLINE float16 load_four(const Sizes* sizes, global const storage* in, int line, int x) {
     if (x >= 0 && x + 4 <= IN_WIDTH) return LOAD16(in, line + IN_STRIDE * x);
     const int4 columns = clamp(x + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1)) * IN_STRIDE + line;
     return (float16)(LOAD4(in, columns.s0), LOAD4(in, columns.s1), LOAD4(in, columns.s2), LOAD4(in, columns.s3));
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas_strip(global const storage* in,
-                                                                            global storage* out) {
-    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void rcas_strip(Sizes given, global const storage* in,
+                                                                            global storage* restrict out) {
+    TAKE(sizes);
+    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int end_x = min(x0 + PIXELS, OUT_WIDTH), end_y = min(y0 + ROWS, OUT_HEIGHT);
     for (int y = y0; y < end_y; ++y) {
         const int line = AT(IN, 0, y, 0), line_above = AT(IN, 0, max(y - 1, 0), 0);
         const int line_below = AT(IN, 0, min(y + 1, IN_HEIGHT - 1), 0);
         for (int x = x0; x < end_x; x += 4) {
-            const float16 centre = load_four(in, line, x), left = load_four(in, line, x - 1);
-            const float16 right = load_four(in, line, x + 1), above = load_four(in, line_above, x);
-            const float16 below = load_four(in, line_below, x);
+            const float16 centre = load_four(sizes, in, line, x), left = load_four(sizes, in, line, x - 1);
+            const float16 right = load_four(sizes, in, line, x + 1), above = load_four(sizes, in, line_above, x);
+            const float16 below = load_four(sizes, in, line_below, x);
             const float16 least = fmin(fmin(above, below), fmin(left, right));
             const float16 most = fmax(fmax(above, below), fmax(left, right));
             // The smaller of two quotients.

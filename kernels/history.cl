@@ -21,7 +21,8 @@ INLINE Coordinate moved(int x, float shift) {
 #ifdef SHARE
 // Where pixel (x, y) is at SHARE of its way to the previous frame, and whether that can be inside the image: an invalid
 // vector is not a number, and so not inside; neither is one too long for an int.
-INLINE int lands(global const float* motion, int x, int y, Frame frame, Coordinate* u, Coordinate* v) {
+INLINE int lands(const Sizes* sizes, global const float* motion, int x, int y, Frame frame, Coordinate* u,
+                 Coordinate* v) {
     const float shift_x = frame.jitter_x + SHARE * motion[AT(MOTION, x, y, 0)];
     const float shift_y = frame.jitter_y + SHARE * motion[AT(MOTION, x, y, 1)];
     if (!(shift_x >= -1.0f - x && shift_x < OUT_WIDTH - x && shift_y >= -1.0f - y && shift_y < OUT_HEIGHT - y))
@@ -37,46 +38,48 @@ INLINE int ordered_bits(float depth) { return max(as_int(depth), 0); }  // of âˆ
 
 #ifdef PREVIOUS_DEPTH
 // The least does not depend on who comes first.
-INLINE void reach(volatile global int* out, int x, int y, float weight, int depth) {
+INLINE void reach(const Sizes* sizes, volatile global int* out, int x, int y, float weight, int depth) {
     if (weight > REACHED && INSIDE(OUT, x, y)) atomic_min(out + AT(OUT, x, y, 0), depth);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void previous_depth(global const float* motion,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void previous_depth(Sizes given, global const float* motion,
                                                                                 global const float* depth,
                                                                                 volatile global int* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Coordinate u, v;
-    if (!lands(motion, x, y, frame, &u, &v)) return;
+    if (!lands(sizes, motion, x, y, frame, &u, &v)) return;
     const int bits = ordered_bits(depth[AT(DEPTH, x, y, 0)]);
-    reach(out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits);
-    reach(out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits);
-    reach(out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits);
-    reach(out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits);
+    reach(sizes, out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits);
+    reach(sizes, out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits);
+    reach(sizes, out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits);
+    reach(sizes, out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits);
 }
 #endif
 
 #ifdef LANDED_SOURCE
 // Numbers of pixels are whole and not negative: as floats they are ordered as their bits are.
-INLINE void claim(global const int* landed, volatile global int* out, int x, int y, float weight, int depth,
-                  int number) {
+INLINE void claim(const Sizes* sizes, global const int* landed, volatile global int* out, int x, int y, float weight,
+                  int depth, int number) {
     if (weight > REACHED && INSIDE(OUT, x, y) && landed[AT(LANDED, x, y, 0)] == depth)
         atomic_min(out + AT(OUT, x, y, 0), number);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(global const float* motion,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(Sizes given, global const float* motion,
                                                                                global const float* depth,
                                                                                global const int* landed,
                                                                                volatile global int* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Coordinate u, v;
-    if (!lands(motion, x, y, frame, &u, &v)) return;
+    if (!lands(sizes, motion, x, y, frame, &u, &v)) return;
     const int bits = ordered_bits(depth[AT(DEPTH, x, y, 0)]), number = as_int((float)(y * OUT_WIDTH + x));
-    claim(landed, out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits, number);
-    claim(landed, out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits, number);
-    claim(landed, out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits, number);
-    claim(landed, out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits, number);
+    claim(sizes, landed, out, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), bits, number);
+    claim(sizes, landed, out, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), bits, number);
+    claim(sizes, landed, out, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, bits, number);
+    claim(sizes, landed, out, u.whole + 1, v.whole + 1, u.fraction * v.fraction, bits, number);
 }
 #endif
 
@@ -84,7 +87,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(g
 #define ALONG 0.25f  // render pixels by which vectors differ that still move along
 
 // Depths of the pixel's neighbours that move along with it; âˆ’1 of the others.
-INLINE void find_companions(global const float* motion, global const float* depth, int x, int y, float* companions) {
+INLINE void find_companions(const Sizes* sizes, global const float* motion, global const float* depth, int x, int y,
+                            float* companions) {
     const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
     for (int i = 0; i < 9; ++i) {
         const int column = x + i % 3 - 1, row = y + i / 3 - 1;
@@ -103,8 +107,8 @@ INLINE int is_companion(float depth, const float* companions) {
 }
 
 // The weights of what is inside the image, and of that what hides the surface.
-INLINE void look(global const float* previous, int x, int y, float weight, float least, const float* companions,
-                 float* seen, float* hidden) {
+INLINE void look(const Sizes* sizes, global const float* previous, int x, int y, float weight, float least,
+                 const float* companions, float* seen, float* hidden) {
     if (!INSIDE(PREVIOUS, x, y)) return;
     *seen += weight;
     const float before = previous[AT(PREVIOUS, x, y, 0)];
@@ -117,8 +121,8 @@ INLINE float slope(float before, float here, float after, int has_before, int ha
     return has_before && has_after ? (to_before < to_after ? to_before : to_after) : has_before ? to_before : to_after;
 }
 
-INLINE int was_seen(global const float* motion, global const float* depth, global const float* previous, int x, int y,
-                    float shift_x, float shift_y) {
+INLINE int was_seen(const Sizes* sizes, global const float* motion, global const float* depth,
+                    global const float* previous, int x, int y, float shift_x, float shift_y) {
     // An invalid vector is not a number, and so not on screen.
     if (!(shift_x >= -0.5f - x && shift_x <= DEPTH_WIDTH - 0.5f - x && shift_y >= -0.5f - y &&
           shift_y <= DEPTH_HEIGHT - 0.5f - y))
@@ -131,31 +135,35 @@ INLINE int was_seen(global const float* motion, global const float* depth, globa
     const float least = here - (NEARER * here + 2 * slopes + DEPTH_STEP);
     const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
     float seen = 0, hidden = 0, companions[9];
-    find_companions(motion, depth, x, y, companions);
-    look(previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, companions, &seen, &hidden);
-    look(previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, companions, &seen, &hidden);
-    look(previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, companions, &seen, &hidden);
-    look(previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, companions, &seen, &hidden);
+    find_companions(sizes, motion, depth, x, y, companions);
+    look(sizes, previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, companions, &seen, &hidden);
+    look(sizes, previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, companions, &seen, &hidden);
+    look(sizes, previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, companions, &seen, &hidden);
+    look(sizes, previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, companions, &seen, &hidden);
     return hidden <= 0.5f * seen;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void checked_motion(global const float* motion,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void checked_motion(Sizes given, global const float* motion,
                                                                                 global const float* depth,
                                                                                 global const float* previous,
-                                                                                global float* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                                global float* restrict out,
+                                                                                Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
-    const int seen = was_seen(motion, depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
+    const int seen =
+        was_seen(sizes, motion, depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
     out[AT(OUT, x, y, 0)] = seen ? motion_x : NAN;
     out[AT(OUT, x, y, 1)] = seen ? motion_y : NAN;
 }
 #endif
 
 #ifdef VALIDITY
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void validity(global const float* motion,
-                                                                          global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void validity(Sizes given, global const float* motion,
+                                                                          global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int valid = !frame.reset && is_finite(motion[AT(MOTION, x, y, 0)]) && is_finite(motion[AT(MOTION, x, y, 1)]);
     STORE(valid ? 1.0f : 0.0f, out, AT(OUT, x, y, 0));

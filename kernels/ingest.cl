@@ -47,37 +47,67 @@ inline float canonical_depth(float raw, Frame frame) {
 }
 #endif
 
-// A work-item reads four pixels, whose colours fill a vector.
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
+// What the pipeline uses of the frame, as parameters of a function and as its arguments.
 #ifdef COLOR_WIDTH
-    global const uchar* raw_color, uint2 color_place, global COLOR_STORAGE* color,
+#define COLOR_PARAMETERS global const uchar *raw_color, uint2 color_place, global COLOR_STORAGE *color,
+#define COLOR_PASSED raw_color, color_place, color,
+#else
+#define COLOR_PARAMETERS
+#define COLOR_PASSED
 #endif
 #ifdef DEPTH_WIDTH
-    global const uchar* raw_depth, uint2 depth_place, global DEPTH_STORAGE* depth,
+#define DEPTH_PARAMETERS global const uchar *raw_depth, uint2 depth_place, global DEPTH_STORAGE *depth,
+#define DEPTH_PASSED raw_depth, depth_place, depth,
+#else
+#define DEPTH_PARAMETERS
+#define DEPTH_PASSED
 #endif
 #ifdef MOTION_WIDTH
-    global const uchar* raw_motion, uint2 motion_place, global float* motion, volatile global uint* invalid_vectors,
+#define MOTION_PARAMETERS \
+    global const uchar *raw_motion, uint2 motion_place, global float *motion, volatile global uint *invalid_vectors,
+#define MOTION_PASSED raw_motion, motion_place, motion, invalid_vectors,
+#else
+#define MOTION_PARAMETERS
+#define MOTION_PASSED
 #endif
 #ifdef JITTER_X_WIDTH
-    global JITTER_X_STORAGE* jitter_x,
+#define JITTER_X_PARAMETERS global JITTER_X_STORAGE *jitter_x,
+#define JITTER_X_PASSED jitter_x,
+#else
+#define JITTER_X_PARAMETERS
+#define JITTER_X_PASSED
 #endif
 #ifdef JITTER_Y_WIDTH
-    global JITTER_Y_STORAGE* jitter_y,
+#define JITTER_Y_PARAMETERS global JITTER_Y_STORAGE *jitter_y,
+#define JITTER_Y_PASSED jitter_y,
+#else
+#define JITTER_Y_PARAMETERS
+#define JITTER_Y_PASSED
 #endif
 #ifdef SCALE_WIDTH
-    global SCALE_STORAGE* scale,
+#define SCALE_PARAMETERS global SCALE_STORAGE *scale,
+#define SCALE_PASSED scale,
+#else
+#define SCALE_PARAMETERS
+#define SCALE_PASSED
 #endif
-    Frame frame) {
-    const int x0 = 4 * get_global_id(0), y = get_global_id(1);
-    if (x0 >= WIDTH || y >= HEIGHT) return;
+#define FRAME_PARAMETERS                                                                                               \
+    COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS Frame \
+        frame
+#define FRAME_PASSED COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED frame
 
+// Whether pixel (x, y) of the largest image is one of T's.
+#define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
+
+// `pixels` of a row, 1 … 4, from (x0, y) on. Colours of four fill a vector.
+INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_PARAMETERS) {
 #ifdef COLOR_WIDTH
     global const RAW_COLOR* color_row =
         (global const RAW_COLOR*)(raw_color + color_place.x + (size_t)y * color_place.y);
     float colors[16];
 #pragma unroll
     for (int i = 0; i < 16; ++i) {
-        const int x = min(x0 + i / 4, WIDTH - 1);
+        const int x = x0 + min(i / 4, pixels - 1);
         colors[i] = i % 4 == 3 ? 0 : readable(READ(COLOR, color_row, i % 4));
     }
 #ifdef LINEAR_COLOR
@@ -97,14 +127,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #pragma unroll
     for (int i = 0; i < 4; ++i) {
         const int x = x0 + i;
-        if (x < WIDTH) {
+        if (i < pixels) {
 #ifdef COLOR_WIDTH
             WRITE(COLOR, colors[4 * i], color, 0);
             WRITE(COLOR, colors[4 * i + 1], color, 1);
             WRITE(COLOR, colors[4 * i + 2], color, 2);
 #endif
 #ifdef DEPTH_WIDTH
-            if (INSIDE(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
+            if (BELONGS(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
 #endif
 #ifdef JITTER_X_WIDTH
             WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
@@ -116,7 +146,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
             WRITE(SCALE, frame.scale, scale, 0);
 #endif
 #ifdef MOTION_WIDTH
-            if (!INSIDE(MOTION, x, y)) continue;
+            if (!BELONGS(MOTION, x, y)) continue;
             const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
             const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
             const bool valid = is_finite(motion_x) && is_finite(motion_y) &&
@@ -127,4 +157,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(
 #endif
         }
     }
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void ingest(Sizes given, FRAME_PARAMETERS) {
+    TAKE(sizes);
+    const int x0 = 4 * get_global_id(0), y = ROW_ITEM(1);
+    if (x0 >= WIDTH || y >= HEIGHT) return;
+    if (x0 + 4 <= WIDTH)
+        ingest_pixels(sizes, x0, y, 4, FRAME_PASSED);
+    else
+        ingest_pixels(sizes, x0, y, WIDTH - x0, FRAME_PASSED);
 }

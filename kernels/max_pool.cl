@@ -8,9 +8,10 @@
                 fmax(LOAD_(in, AT(IN, 2 * x, 2 * y + 1, c)), LOAD_(in, AT(IN, 2 * x + 1, 2 * y + 1, c)))), \
            out, AT(OUT, x, y, c))
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void max_pool(global const storage* in,
-                                                                          global storage* out) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void max_pool(Sizes given, global const storage* in,
+                                                                          global storage* restrict out) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
         int c = 0;

@@ -9,25 +9,27 @@
 #define BY_EITHER 0.5f
 #define BY_PREVIOUS_FRAME 1.0f
 
-INLINE float source_at(global const float* source, int x, int y) { return source[AT(SOURCE, x, y, 0)]; }
+INLINE float source_at(const Sizes* sizes, global const float* source, int x, int y) {
+    return source[AT(SOURCE, x, y, 0)];
+}
 
 // Vector and depth of the pixel with that number.
-INLINE float3 surface(global const float* motion, global const float* depth, float number) {
+INLINE float3 surface(const Sizes* sizes, global const float* motion, global const float* depth, float number) {
     const int pixel = (int)number, x = pixel % MOTION_WIDTH, y = pixel / MOTION_WIDTH;
     return (float3)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)], depth[AT(DEPTH, x, y, 0)]);
 }
 
 // Of the first surfaces in eight directions the farthest; a depth of -1 where there is none.
-INLINE float3 surroundings(global const float* motion, global const float* depth, global const float* source, int x,
-                           int y) {
+INLINE float3 surroundings(const Sizes* sizes, global const float* motion, global const float* depth,
+                           global const float* source, int x, int y) {
     float3 farthest = (float3)(0, 0, -1);
     for (int direction = 0; direction < 9; ++direction) {
         const int step_x = direction % 3 - 1, step_y = direction / 3 - 1;
         if (direction == 4) continue;
         for (int i = 1; i <= REACH && INSIDE(SOURCE, x + i * step_x, y + i * step_y); ++i) {
-            const float number = source_at(source, x + i * step_x, y + i * step_y);
+            const float number = source_at(sizes, source, x + i * step_x, y + i * step_y);
             if (!(number < NO_SOURCE)) continue;
-            const float3 found = surface(motion, depth, number);
+            const float3 found = surface(sizes, motion, depth, number);
             if (found.z > farthest.z) farthest = found;
             break;
         }
@@ -37,31 +39,32 @@ INLINE float3 surroundings(global const float* motion, global const float* depth
 
 // Whether a hole beside the pixel is filled with the same surface: then the pixel lies at the edge of what is going to
 // hide it, and in this frame has some of that in its colour.
-INLINE int is_rim(global const float* motion, global const float* depth, global const float* source, int x, int y,
-                  float3 here) {
+INLINE int is_rim(const Sizes* sizes, global const float* motion, global const float* depth, global const float* source,
+                  int x, int y, float3 here) {
     for (int neighbour = 0; neighbour < 9; ++neighbour) {
         const int column = x + neighbour % 3 - 1, row = y + neighbour / 3 - 1;
-        if (!INSIDE(SOURCE, column, row) || source_at(source, column, row) < NO_SOURCE) continue;
-        const float3 hole = surroundings(motion, depth, source, column, row);
+        if (!INSIDE(SOURCE, column, row) || source_at(sizes, source, column, row) < NO_SOURCE) continue;
+        const float3 hole = surroundings(sizes, motion, depth, source, column, row);
         if (fabs(hole.x - here.x) < SAME_MOTION && fabs(hole.y - here.y) < SAME_MOTION) return 1;
     }
     return 0;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void middle_motion(global const float* motion,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void middle_motion(Sizes given, global const float* motion,
                                                                                global const float* depth,
                                                                                global const float* source,
-                                                                               global float* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                               global float* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const float number = source_at(source, x, y);
+    const float number = source_at(sizes, source, x, y);
     float4 result;
     if (number < NO_SOURCE) {
-        const float3 here = surface(motion, depth, number);
-        const int rim = is_rim(motion, depth, source, x, y, here);
+        const float3 here = surface(sizes, motion, depth, number);
+        const int rim = is_rim(sizes, motion, depth, source, x, y, here);
         result = (float4)(here, rim ? BY_PREVIOUS_FRAME : BY_THIS_FRAME);
     } else {
-        const float3 around = surroundings(motion, depth, source, x, y);
+        const float3 around = surroundings(sizes, motion, depth, source, x, y);
         result = around.z < 0 ? (float4)(0, 0, 1, BY_EITHER) : (float4)(around, BY_PREVIOUS_FRAME);
     }
     vstore4(result, 0, out + AT(OUT, x, y, 0));

@@ -15,19 +15,19 @@
 #define X(axis, u, v) ((axis) ? (v) : (u))
 #define Y(axis, u, v) ((axis) ? (u) : (v))
 
-INLINE int differ(global const storage* in, int ax, int ay, int bx, int by) {
+INLINE int differ(const Sizes* sizes, global const storage* in, int ax, int ay, int bx, int by) {
     if (!INSIDE(IN, ax, ay) || !INSIDE(IN, bx, by)) return 0;
     const float4 d = fabs(LOAD_CHANNELS(IN, in, ax, ay, 0) - LOAD_CHANNELS(IN, in, bx, by, 0));
     return d.x >= THRESHOLD || d.y >= THRESHOLD || d.z >= THRESHOLD;
 }
 
 // Whether a line passes between (u, v) and (u, v + 1).
-INLINE int line_at(global const storage* in, int axis, int u, int v) {
-    return differ(in, X(axis, u, v), Y(axis, u, v), X(axis, u, v + 1), Y(axis, u, v + 1));
+INLINE int line_at(const Sizes* sizes, global const storage* in, int axis, int u, int v) {
+    return differ(sizes, in, X(axis, u, v), Y(axis, u, v), X(axis, u, v + 1), Y(axis, u, v + 1));
 }
 // Whether an edge across lines lies between (u, v) and (u + 1, v).
-INLINE int edge_across(global const storage* in, int axis, int u, int v) {
-    return differ(in, X(axis, u, v), Y(axis, u, v), X(axis, u + 1, v), Y(axis, u + 1, v));
+INLINE int edge_across(const Sizes* sizes, global const storage* in, int axis, int u, int v) {
+    return differ(sizes, in, X(axis, u, v), Y(axis, u, v), X(axis, u + 1, v), Y(axis, u + 1, v));
 }
 
 typedef struct {
@@ -36,14 +36,14 @@ typedef struct {
 } End;
 
 // The end of the line between v and v + 1, from u on in a direction.
-INLINE End find_end(global const storage* in, int axis, int u, int v, int direction) {
+INLINE End find_end(const Sizes* sizes, global const storage* in, int axis, int u, int v, int direction) {
     End end = {0, 0};
     for (; end.distance < REACH; ++end.distance) {
         const int at = u + direction * end.distance, before = direction > 0 ? at : at - 1;
-        const int up = edge_across(in, axis, before, v), down = edge_across(in, axis, before, v + 1);
-        if (up && !down && !edge_across(in, axis, before, v - 1)) end.step = -1;
-        if (down && !up && !edge_across(in, axis, before, v + 2)) end.step = 1;
-        if (up || down || !line_at(in, axis, at + direction, v)) break;
+        const int up = edge_across(sizes, in, axis, before, v), down = edge_across(sizes, in, axis, before, v + 1);
+        if (up && !down && !edge_across(sizes, in, axis, before, v - 1)) end.step = -1;
+        if (down && !up && !edge_across(sizes, in, axis, before, v + 2)) end.step = 1;
+        if (up || down || !line_at(sizes, in, axis, at + direction, v)) break;
     }
     return end;
 }
@@ -56,8 +56,8 @@ inline float area(int distance, int length) {
 }
 
 // The share that the pixel on one side of the line (-1: at v, 1: at v + 1) takes of the other side's colour.
-INLINE float share(global const storage* in, int axis, int u, int v, int side) {
-    const End first = find_end(in, axis, u, v, -1), last = find_end(in, axis, u, v, 1);
+INLINE float share(const Sizes* sizes, global const storage* in, int axis, int u, int v, int side) {
+    const End first = find_end(sizes, in, axis, u, v, -1), last = find_end(sizes, in, axis, u, v, 1);
     const int length = first.distance + last.distance + 1;
     if (length == 1 && (axis == 1 || first.step * last.step != -1)) return 0;
     return (first.step == side ? area(first.distance, length) : 0) +
@@ -65,18 +65,20 @@ INLINE float share(global const storage* in, int axis, int u, int v, int side) {
 }
 
 // What the pixel's colour gains by the lines along an axis.
-INLINE float4 gain(global const storage* in, int axis, int u, int v) {
-    const int before = line_at(in, axis, u, v - 1), after = line_at(in, axis, u, v);
+INLINE float4 gain(const Sizes* sizes, global const storage* in, int axis, int u, int v) {
+    const int before = line_at(sizes, in, axis, u, v - 1), after = line_at(sizes, in, axis, u, v);
     if (before == after) return 0;
     const int other = before ? v - 1 : v + 1;
-    const float part = share(in, axis, u, min(v, other), before ? 1 : -1);
+    const float part = share(sizes, in, axis, u, min(v, other), before ? 1 : -1);
     return part * (LOAD_CHANNELS(IN, in, X(axis, u, other), Y(axis, u, other), 0) -
                    LOAD_CHANNELS(IN, in, X(axis, u, v), Y(axis, u, v), 0));
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void mlaa(global const storage* in, global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void mlaa(Sizes given, global const storage* in,
+                                                                      global storage* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const float4 color = LOAD_CHANNELS(IN, in, x, y, 0) + gain(in, 0, x, y) + gain(in, 1, y, x);
+    const float4 color = LOAD_CHANNELS(IN, in, x, y, 0) + gain(sizes, in, 0, x, y) + gain(sizes, in, 1, y, x);
     STORE_CHANNELS(OUT, color, out, x, y, 0);
 }

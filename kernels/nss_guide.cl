@@ -17,18 +17,20 @@
     } while (0)
 
 #ifdef FAR
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void far_depth(global float* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void far_depth(Sizes given, global float* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x < OUT_WIDTH && y < OUT_HEIGHT) out[AT(OUT, x, y, 0)] = 1;
 }
 #endif
 
 #ifdef SCATTER
 // Depths are not negative, so that they have the order of their bits as whole numbers.
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void scatter_depth(global const float* depth,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void scatter_depth(Sizes given, global const float* depth,
                                                                                global const float* motion,
                                                                                volatile global int* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT || frame.reset) return;
     const int left = ((2 * x + 1) * DEPTH_WIDTH - OUT_WIDTH) / (2 * OUT_WIDTH);
     const int top = ((2 * y + 1) * DEPTH_HEIGHT - OUT_HEIGHT) / (2 * OUT_HEIGHT);
@@ -57,11 +59,12 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void scatter_depth(g
 constant char kColumns[16] = {0, 0, 1, -1, 0, 1, 1, -1, -1, 2, 2, 2, 2, 1, 0, -1};
 constant char kRows[16] = {0, 1, 0, 0, -1, -1, 1, -1, 1, -1, 0, 1, 2, 2, 2, 2};
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void guide(global const float* depth,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void guide(Sizes given, global const float* depth,
                                                                        global const float* motion,
-                                                                       global const float* before, global float* out,
-                                                                       Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                       global const float* before,
+                                                                       global float* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     int column = x, row = y;
     float nearest = depth[AT(DEPTH, x, y, 0)];

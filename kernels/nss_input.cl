@@ -5,12 +5,12 @@
 
 #include "nss.clh"
 
-INLINE float2 vector_at(global const float* guide, int x, int y) {
+INLINE float2 vector_at(const Sizes* sizes, global const float* guide, int x, int y) {
     return (float2)(guide[AT(GUIDE, x, y, 0)], guide[AT(GUIDE, x, y, 1)]);
 }
 
 #ifdef FLICKER
-INLINE float3 compared(global const storage* color, int x, int y) {
+INLINE float3 compared(const Sizes* sizes, global const storage* color, int x, int y) {
     const float4 c = LOAD_CHANNELS(COLOR, color, clamp(x, 0, COLOR_WIDTH - 1), clamp(y, 0, COLOR_HEIGHT - 1), 0);
     const float3 root = sqrt(max(c.xyz, 0.0f));
     const float orange = root.x - root.z, middle = root.z + orange / 2, green = root.y - middle;
@@ -24,24 +24,25 @@ INLINE float distance_of(float3 a, float3 b) {
 
 INLINE float ramp(float x, float low, float high) { return clamp((x - low) / (high - low), 0.0f, 1.0f); }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void flicker(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void flicker(Sizes given, global const storage* color,
                                                                          global const float* guide,
                                                                          global const storage* derivative,
-                                                                         global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                         global storage* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const float2 vector = vector_at(guide, x, y);
+    const float2 vector = vector_at(sizes, guide, x, y);
     float4 before = 0;
     if (is_valid(vector)) {
         const float2 u = still(vector);
         const Taps tx = zero_taps(x - u.x, COLOR_WIDTH), ty = zero_taps(y - u.y, COLOR_HEIGHT);
         before = BILINEAR(DERIVATIVE, derivative, tx, ty, 0);
     }
-    const float3 here = compared(color, x, y);
-    const float above = distance_of(here, compared(color, x, y - 1)),
-                below = distance_of(here, compared(color, x, y + 1)),
-                left = distance_of(here, compared(color, x - 1, y)),
-                right = distance_of(here, compared(color, x + 1, y));
+    const float3 here = compared(sizes, color, x, y);
+    const float above = distance_of(here, compared(sizes, color, x, y - 1)),
+                below = distance_of(here, compared(sizes, color, x, y + 1)),
+                left = distance_of(here, compared(sizes, color, x - 1, y)),
+                right = distance_of(here, compared(sizes, color, x + 1, y));
     const float support = max(above + below + left + right - max(max(above, below), max(left, right)), 0.0f) / 3;
     const float was = before.w, supported = 0.75f * (0.7f * distance_of(here, before.xyz) + 0.3f * support);
 
@@ -64,12 +65,13 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void flicker(global 
 INLINE int mirrored(int i, int size) { return i < size ? i : max(2 * size - 1 - i, 0); }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void network_input(
-    global const storage* color, global const float* guide, global const storage* flicker,
-    global const storage* history, global const storage* temporal, global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    Sizes given, global const storage* color, global const float* guide, global const storage* flicker,
+    global const storage* history, global const storage* temporal, global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int i = mirrored(x, COLOR_WIDTH), j = mirrored(y, COLOR_HEIGHT);
-    const float2 vector = vector_at(guide, i, j);
+    const float2 vector = vector_at(sizes, guide, i, j);
     const bool valid = is_valid(vector);
     const float2 u = valid ? still(vector) : (float2)(0);
 

@@ -51,7 +51,7 @@ INLINE int select_taps(int x, int y, Frame frame, Tap* taps) {
     return count;
 }
 
-INLINE float4 load_color(global const storage* color, int x, int y) {
+INLINE float4 load_color(const Sizes* sizes, global const storage* color, int x, int y) {
     const float4 c = LOAD_CHANNELS(COLOR, color, x, y, 0);
     return (float4)(c.xyz, 0);
 }
@@ -70,7 +70,7 @@ INLINE Cubic cubic_at(float f) {
     return cubic;
 }
 
-INLINE float4 filtered_history(global const storage* history, float from_x, float from_y) {
+INLINE float4 filtered_history(const Sizes* sizes, global const storage* history, float from_x, float from_y) {
     const int column = whole_part(from_x), row = whole_part(from_y);
     const Cubic across = cubic_at(from_x - column), down = cubic_at(from_y - row);
     const int4 taps = (int4)(-1, 0, 1, 2);
@@ -96,9 +96,9 @@ INLINE float4 filtered_history(global const storage* history, float from_x, floa
 
 // What is left to do of pixel (x, y) when its samples' mean and mean square are known; its taps are `shift` LR columns
 // to the right of those given.
-INLINE void finish(global const storage* color, global const float* guide, global const storage* temporal,
-                   global const storage* history, global storage* out, int x, int y, float4 mean, float4 square,
-                   const Tap* taps, int count, int shift) {
+INLINE void finish(const Sizes* sizes, global const storage* color, global const float* guide,
+                   global const storage* temporal, global const storage* history, global storage* out, int x, int y,
+                   float4 mean, float4 square, const Tap* taps, int count, int shift) {
     const Taps tx = taps_at((x + 0.5f) * ((float)COLOR_WIDTH / OUT_WIDTH) - 0.5f, TEMPORAL_WIDTH);
     const Taps ty = taps_at((y + 0.5f) * ((float)COLOR_HEIGHT / OUT_HEIGHT) - 0.5f, TEMPORAL_HEIGHT);
     const float4 parameters = BILINEAR(TEMPORAL, temporal, tx, ty, 0);
@@ -114,16 +114,16 @@ INLINE void finish(global const storage* color, global const float* guide, globa
         const float from_x = x - moved.x, from_y = y - moved.y;
         const bool onscreen =
             from_x >= -0.5f && from_x <= OUT_WIDTH - 0.5f && from_y >= -0.5f && from_y <= OUT_HEIGHT - 0.5f;
-        const float4 warped = min(filtered_history(history, from_x, from_y), 65504.0f);
+        const float4 warped = min(filtered_history(sizes, history, from_x, from_y), 65504.0f);
         const float4 spread = 2 * parameters.z * sqrt(max(fabs(square - mean * mean), LEAST));
         const float4 held = min(max(warped, mean - spread), mean + spread);
         toned = karis(mix(held, warped, onscreen ? theta : 0.0f));
         if (count < WEIGHED) {
             const int column = (int)((2 * (long)x + 1) * COLOR_WIDTH / (2 * OUT_WIDTH)),
                       row = (int)((2 * (long)y + 1) * COLOR_HEIGHT / (2 * OUT_HEIGHT));
-            toned = mix(toned, karis(load_color(color, column, row)), alpha);
+            toned = mix(toned, karis(load_color(sizes, color, column, row)), alpha);
         } else if (taps[0].channel == OWN_CHANNEL) {
-            toned = mix(toned, karis(load_color(color, taps[0].column + shift, taps[0].row)), alpha);
+            toned = mix(toned, karis(load_color(sizes, color, taps[0].column + shift, taps[0].row)), alpha);
         }
     }
     toned = clamp(toned, 0.0f, BRIGHTEST);
@@ -134,9 +134,10 @@ INLINE void finish(global const storage* color, global const float* guide, globa
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
-    global const storage* color, global const float* guide, global const storage* kernels,
-    global const storage* temporal, global const storage* history, global storage* out, Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+    Sizes given, global const storage* color, global const float* guide, global const storage* kernels,
+    global const storage* temporal, global const storage* history, global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Tap taps[WEIGHED];
     const int count = select_taps(x, y, frame, taps);
@@ -144,14 +145,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
     float total = 0;
     for (int tap = 0; tap < count; ++tap) {
         const int i = clamp(taps[tap].column, 0, COLOR_WIDTH - 1), j = clamp(taps[tap].row, 0, COLOR_HEIGHT - 1);
-        const float4 sample = load_color(color, i, j);
+        const float4 sample = load_color(sizes, color, i, j);
         const float weight = max(LOAD(kernels, AT(KERNELS, i / 4, j / 4, taps[tap].channel)), LEAST);
         mean += weight * sample;
         square += weight * sample * sample;
         total += weight;
     }
     const float share = 1 / max(total, LEAST);
-    finish(color, guide, temporal, history, out, x, y, share * mean, share * square, taps, count, 0);
+    finish(sizes, color, guide, temporal, history, out, x, y, share * mean, share * square, taps, count, 0);
 }
 
 // For devices that make vectors of loops: a work-item makes LANES pixels of a row that lie a period apart, and so have
@@ -159,9 +160,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
 // periods.
 #ifdef LANES
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve_strip(
-    global const storage* color, global const float* guide, global const storage* kernels,
-    global const storage* temporal, global const storage* history, global storage* out, Frame frame) {
-    const int item = get_global_id(0), y = get_global_id(1);
+    Sizes given, global const storage* color, global const float* guide, global const storage* kernels,
+    global const storage* temporal, global const storage* history, global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int item = get_global_id(0), y = ROW_ITEM(1);
     const int first = item / CELLS_X * (LANES * CELLS_X) + item % CELLS_X;
     if (first >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Tap taps[WEIGHED];
@@ -183,7 +185,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve_strip(
     }
     for (int lane = 0; lane < LANES && first + lane * CELLS_X < OUT_WIDTH; ++lane) {
         const float share = 1 / max(total[lane], LEAST);
-        finish(color, guide, temporal, history, out, first + lane * CELLS_X, y,
+        finish(sizes, color, guide, temporal, history, out, first + lane * CELLS_X, y,
                share * (float4)(mean[0][lane], mean[1][lane], mean[2][lane], 0),
                share * (float4)(square[0][lane], square[1][lane], square[2][lane], 0), taps, count, lane * SAMPLES_X);
     }

@@ -7,7 +7,7 @@
 #define WRITE(v, p, i) JOIN(WRITE_, TARGET)((v), (p), (i))
 
 // Four pixels' colours, each with a component that means nothing. Past the row's end they are anything.
-inline float16 load_colors(global const storage* out, int x, int y) {
+inline float16 load_colors(const Sizes* sizes, global const storage* out, int x, int y) {
 #if OUT_BLOCK == 1 && OUT_STRIDE == 4
     return LOAD16(out, AT(OUT, x, y, 0));
 #elif OUT_BLOCK == 1
@@ -44,12 +44,13 @@ inline void store_color(float4 color, global TARGET* pixel) {
 }
 
 // A work-item writes four pixels, whose colours fill a vector.
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(global const storage* out,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(Sizes given, global const storage* out,
                                                                          global uchar* target, uint2 place,
                                                                          Frame frame) {
-    const int x = 4 * get_global_id(0), y = get_global_id(1);
+    TAKE(sizes);
+    const int x = 4 * get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    float16 colors = load_colors(out, x, y);
+    float16 colors = load_colors(sizes, out, x, y);
     colors = colors > 0 ? min(colors, 1.0f) : 0;  // NaN becomes 0
 #ifdef LINEAR_COLOR
     colors = scene_light(colors, frame.exposure);

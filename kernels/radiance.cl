@@ -20,9 +20,10 @@ INLINE float16 converted(float16 colors) {
 #endif
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void radiance(global const storage* in,
-                                                                          global storage* out) {
-    const int x = 4 * get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void radiance(Sizes given, global const storage* in,
+                                                                          global storage* restrict out) {
+    TAKE(sizes);
+    const int x = 4 * get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     float colors[16];
 #pragma unroll

@@ -18,7 +18,7 @@
         high = GREATER(value, high); \
     } while (0)
 
-INLINE float is_outside(global const storage* history, int x, int y, float4 low, float4 high) {
+INLINE float is_outside(const Sizes* sizes, global const storage* history, int x, int y, float4 low, float4 high) {
     float4 sum = 0;
 #pragma unroll
     for (int i = 0; i < SCALE * SCALE; ++i)
@@ -28,10 +28,11 @@ INLINE float is_outside(global const storage* history, int x, int y, float4 low,
     return outside.x || outside.y || outside.z ? 1 : 0;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(Sizes given, global const storage* color,
                                                                        global const storage* history,
-                                                                       global storage* out) {
-    const int x0 = (int)get_global_id(0) * STRIP, y0 = (int)get_global_id(1) * ROWS;
+                                                                       global storage* restrict out) {
+    TAKE(sizes);
+    const int x0 = (int)get_global_id(0) * STRIP, y0 = ROW_ITEM(1) * ROWS;
     const int pixels = min(STRIP, OUT_WIDTH - x0), end = min(y0 + ROWS, OUT_HEIGHT);
     if (pixels <= 0 || y0 >= end) return;
     // Of three pixels of a row: of three rows, row y in the place of y % 3.
@@ -62,7 +63,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(global co
             STORE(greatest.x, out, AT(OUT, x0 + i, y - 1, 3));
             STORE(greatest.y, out, AT(OUT, x0 + i, y - 1, 4));
             STORE(greatest.z, out, AT(OUT, x0 + i, y - 1, 5));
-            STORE(is_outside(history, x0 + i, y - 1, least, greatest), out, AT(OUT, x0 + i, y - 1, 6));
+            STORE(is_outside(sizes, history, x0 + i, y - 1, least, greatest), out, AT(OUT, x0 + i, y - 1, 6));
         }
     }
 }
@@ -71,7 +72,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(global co
 #define OUTSIDE 6  // the channel
 
 // How many of a column's pixels around row y are outside; 0 of a column outside the image.
-INLINE float count_in_column(global const storage* in, int x, int y) {
+INLINE float count_in_column(const Sizes* sizes, global const storage* in, int x, int y) {
     float count = 0;
     if (x < 0 || x >= IN_WIDTH) return count;
     for (int row = max(y - REACH, 0); row <= min(y + REACH, IN_HEIGHT - 1); ++row)
@@ -79,16 +80,17 @@ INLINE float count_in_column(global const storage* in, int x, int y) {
     return count;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void believed(global const storage* in,
-                                                                          global storage* out) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void believed(Sizes given, global const storage* in,
+                                                                          global storage* restrict out) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     const int rows = min(y + REACH, IN_HEIGHT - 1) - max(y - REACH, 0) + 1;
     float columns[2 * REACH + 1], count = 0;
-    for (int i = 0; i < 2 * REACH; ++i) count += columns[i] = count_in_column(in, first - REACH + i, y);
+    for (int i = 0; i < 2 * REACH; ++i) count += columns[i] = count_in_column(sizes, in, first - REACH + i, y);
     int oldest = 0, newest = 2 * REACH;
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
-        count += columns[newest] = count_in_column(in, x + REACH, y);
+        count += columns[newest] = count_in_column(sizes, in, x + REACH, y);
         const int pixels = rows * (min(x + REACH, IN_WIDTH - 1) - max(x - REACH, 0) + 1);
         STORE(2 * count <= pixels ? 1.0f : 0.0f, out, AT(OUT, x, y, 0));
         count -= columns[oldest];

@@ -7,7 +7,7 @@
 #define SILHOUETTE_DEPTH 0.1f    // of the smallest depth
 #define SILHOUETTE_MOTION 0.25f  // render pixels
 
-INLINE float2 reprojected(global const float* motion, global const float* depth, Taps tx, Taps ty) {
+INLINE float2 reprojected(const Sizes* sizes, global const float* motion, global const float* depth, Taps tx, Taps ty) {
     float2 mean = 0, low = INFINITY, high = -INFINITY, foremost = NAN, largest = NAN;
     float nearest = INFINITY, farthest = -INFINITY, most = 0;
     int all_valid = 1;
@@ -42,7 +42,7 @@ INLINE float2 reprojected(global const float* motion, global const float* depth,
     return is_finite(vector.x) && is_finite(vector.y) ? (SCALE + SCALE_REST) * vector : (float2)(NAN);
 }
 
-INLINE void store_vector(float2 vector, global float* out, int x, int y) {
+INLINE void store_vector(const Sizes* sizes, float2 vector, global float* out, int x, int y) {
 #if OUT_BLOCK == 1
     vstore2(vector, 0, out + AT(OUT, x, y, 0));
 #else
@@ -51,14 +51,15 @@ INLINE void store_vector(float2 vector, global float* out, int x, int y) {
 #endif
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(global const float* motion,
-                                                                           global const float* depth, global float* out,
-                                                                           Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(Sizes given, global const float* motion,
+                                                                           global const float* depth,
+                                                                           global float* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Taps tx = counted_taps(x, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH),
                ty = counted_taps(y, SCALE, SCALE_REST, SHIFT_Y, MOTION_HEIGHT);
-    store_vector(reprojected(motion, depth, tx, ty), out, x, y);
+    store_vector(sizes, reprojected(sizes, motion, depth, tx, ty), out, x, y);
 }
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels. Between four samples
@@ -66,8 +67,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(globa
 // found out once for all pixels between them. SPAN is the most samples under a row of the strip.
 #ifdef PIXELS
 // SPAN samples of a row from column `first` on, clamped to the image: vectors and depths.
-INLINE void read_row(global const float* motion, global const float* depth, int first, int row, float* vectors,
-                     float* depths) {
+INLINE void read_row(const Sizes* sizes, global const float* motion, global const float* depth, int first, int row,
+                     float* vectors, float* depths) {
     for (int i = 0; i < SPAN; ++i) {
         const int column = min(first + i, MOTION_WIDTH - 1);
         vectors[2 * i] = motion[AT(MOTION, column, row, 0)];
@@ -107,10 +108,10 @@ INLINE int find_plain(const float* above, const float* below, const float* depth
     return all;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip(global const float* motion,
-                                                                                 global const float* depth,
-                                                                                 global float* out, Frame frame) {
-    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip(
+    Sizes given, global const float* motion, global const float* depth, global float* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
     const int first = counted_taps(x0, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH).first;
     int place[PIXELS];
@@ -130,9 +131,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
                 for (int i = 0; i < 2 * SPAN; ++i) above[i] = below[i];
                 for (int i = 0; i < SPAN; ++i) depths_above[i] = depths_below[i];
             } else {
-                read_row(motion, depth, first, ty.first, above, depths_above);
+                read_row(sizes, motion, depth, first, ty.first, above, depths_above);
             }
-            read_row(motion, depth, first, ty.second, below, depths_below);
+            read_row(sizes, motion, depth, first, ty.second, below, depths_below);
             row_above = ty.first;
             row_below = ty.second;
             all_plain = find_plain(above, below, depths_above, depths_below, plain);
@@ -144,8 +145,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
             const float4 weighted = weights[i] * vload4(0, between + 2 * place[i]);
             float2 vector = weighted.lo + weighted.hi;
             if (!all_plain && !plain[place[i]])
-                vector = reprojected(motion, depth, counted_taps(x0 + i, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH), ty);
-            store_vector(vector, out, x0 + i, y0 + row);
+                vector = reprojected(sizes, motion, depth,
+                                     counted_taps(x0 + i, SCALE, SCALE_REST, SHIFT_X, MOTION_WIDTH), ty);
+            store_vector(sizes, vector, out, x0 + i, y0 + row);
         }
     }
 }

@@ -44,9 +44,10 @@ inline Coordinate coordinate(int x, float jitter) {
     return source_coordinate(x, SCALE, SCALE_REST, jitter);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(global const storage* in, global storage* out,
-                                                                          Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(Sizes given, global const storage* in,
+                                                                          global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const Coordinate u = coordinate(x, SHIFT_X), v = coordinate(y, SHIFT_Y);
     float along_x[8], along_y[8];
@@ -75,9 +76,11 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(global
 #ifdef PIXELS
 #define VECTORS ((SPAN + 3) / 4)
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(global const storage* in,
-                                                                                global storage* out, Frame frame) {
-    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(Sizes given, global const storage* in,
+                                                                                global storage* restrict out,
+                                                                                Frame frame) {
+    TAKE(sizes);
+    const int x0 = PIXELS * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
     const int first_column = coordinate(x0, SHIFT_X).whole + FIRST_TAP;
     int place[PIXELS];

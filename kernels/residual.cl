@@ -4,10 +4,11 @@
 // SCALE_X_REST, SCALE_Y, SCALE_Y_REST (the ratio of the sizes along each axis as the sum of two floats), STRIP (pixels
 // of a row to a work-item), STORE_HALF.
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void residual(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void residual(Sizes given, global const storage* color,
                                                                           global const storage* past,
-                                                                          global storage* out, Frame frame) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+                                                                          global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     const Taps row = place_taps(y, frame.jitter_y, SCALE_Y, SCALE_Y_REST, PAST_HEIGHT);
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {

@@ -2,9 +2,10 @@
 //
 // Options: IN_*, OUT_* (layouts), SCALE, STORE_HALF.
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pick(global const storage* in, global storage* out,
-                                                                      Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pick(Sizes given, global const storage* in,
+                                                                      global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int from_x = SCALE * x + frame.sample_x, from_y = SCALE * y + frame.sample_y;
     for (int c = 0; c < OUT_CHANNELS; c += 4)
@@ -12,9 +13,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pick(global con
 }
 
 // The image that the samples are placed in is already there: `out` is its memory.
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void place(global const storage* in, global storage* out,
-                                                                       Frame frame) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void place(Sizes given, global const storage* in,
+                                                                       global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= IN_WIDTH || y >= IN_HEIGHT) return;
     const int to_x = SCALE * x + frame.sample_x, to_y = SCALE * y + frame.sample_y;
     for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, LOAD_CHANNELS(IN, in, x, y, c), out, to_x, to_y, c);

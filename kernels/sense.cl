@@ -7,10 +7,11 @@
 
 INLINE float luma(float4 color) { return 0.299f * color.x + 0.587f * color.y + 0.114f * color.z; }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void sense(global const storage* past,
-                                                                       global const float* depth, global storage* out,
-                                                                       Frame frame) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void sense(Sizes given, global const storage* past,
+                                                                       global const float* depth,
+                                                                       global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
 #define ACROSS(x, offset) place_taps(x, offset, SCALE_X, SCALE_X_REST, PAST_WIDTH)
 #define DOWN(y, offset) place_taps(y, offset, SCALE_Y, SCALE_Y_REST, PAST_HEIGHT)

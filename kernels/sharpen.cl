@@ -2,9 +2,10 @@
 //
 // Options: IN_*, OUT_* (layouts), AMOUNT, STORE_HALF.
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void sharpen(global const storage* in,
-                                                                         global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void sharpen(Sizes given, global const storage* in,
+                                                                         global storage* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int left = max(x - 1, 0), right = min(x + 1, IN_WIDTH - 1);
     const int above = max(y - 1, 0), below = min(y + 1, IN_HEIGHT - 1);

@@ -15,20 +15,21 @@
     (W0 * (p)[3 * (step)] + W1 * ((p)[2 * (step)] + (p)[4 * (step)]) + W2 * ((p)[step] + (p)[5 * (step)]) + \
      W3 * ((p)[0] + (p)[6 * (step)]))
 
-INLINE float is_moved(global const storage* offsets, int x, int y) {
+INLINE float is_moved(const Sizes* sizes, global const storage* offsets, int x, int y) {
     if (!INSIDE(OFFSETS, x, y)) return 0;
     const float ox = LOAD(offsets, AT(OFFSETS, x, y, 0)) + 0.5f, oy = LOAD(offsets, AT(OFFSETS, x, y, 1)) + 0.5f;
     return ox >= 0 && ox < 1 && oy >= 0 && oy < 1 ? 0 : 1;
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void offset_mask(global const storage* offsets,
-                                                                             global storage* out) {
-    const int left = (int)get_global_id(0) * PIXELS, top = (int)get_global_id(1) * ROWS;
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void offset_mask(Sizes given, global const storage* offsets,
+                                                                             global storage* restrict out) {
+    TAKE(sizes);
+    const int left = (int)get_global_id(0) * PIXELS, top = ROW_ITEM(1) * ROWS;
     if (left >= OUT_WIDTH || top >= OUT_HEIGHT) return;
     float along_x[(ROWS + 6) * PIXELS];
     for (int r = 0; r < ROWS + 6; ++r) {
         float moved[PIXELS + 6];
-        for (int p = 0; p < PIXELS + 6; ++p) moved[p] = is_moved(offsets, left + p - 3, top + r - 3);
+        for (int p = 0; p < PIXELS + 6; ++p) moved[p] = is_moved(sizes, offsets, left + p - 3, top + r - 3);
         for (int p = 0; p < PIXELS; ++p) along_x[r * PIXELS + p] = BLUR(moved + p, 1);
     }
     for (int r = 0; r < min(ROWS, OUT_HEIGHT - top); ++r) {
@@ -46,12 +47,13 @@ inline int moved_to(int pixel, float offset, int size) {
     return clamp(pixel + (int)limited, 0, size - 1);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void project(global const storage* color,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void project(Sizes given, global const storage* color,
                                                                          global const storage* offsets,
                                                                          global const storage* mask,
                                                                          global const storage* interpolated,
-                                                                         global storage* out) {
-    const int x = get_global_id(0), y = get_global_id(1);
+                                                                         global storage* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     const int from_x = moved_to(x / SCALE, LOAD(offsets, AT(OFFSETS, x, y, 0)), COLOR_WIDTH);
     const int from_y = moved_to(y / SCALE, LOAD(offsets, AT(OFFSETS, x, y, 1)), COLOR_HEIGHT);

@@ -19,7 +19,7 @@ typedef struct {
     float least_x, least_y, most_x, most_y;
 } Column;
 
-INLINE Column column_at(global const storage* residual, global const float* motion, int x, int y) {
+INLINE Column column_at(const Sizes* sizes, global const storage* residual, global const float* motion, int x, int y) {
     Column sums = {0, 0, 0, 0, FAR, FAR, -FAR, -FAR};
     const int column = clamp(x, 0, OUT_WIDTH - 1);
 #pragma unroll
@@ -67,17 +67,18 @@ INLINE float trust_in(const Column* c, float2 vector) {
     return (1 - APART_COST * apart) / (1 + doubt * doubt * doubt);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void trust(global const storage* residual,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void trust(Sizes given, global const storage* residual,
                                                                        global const float* motion,
-                                                                       global storage* out) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+                                                                       global storage* restrict out) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     Column columns[5];
-    for (int i = 0; i < 4; ++i) columns[i + 1] = column_at(residual, motion, first - 2 + i, y);
+    for (int i = 0; i < 4; ++i) columns[i + 1] = column_at(sizes, residual, motion, first - 2 + i, y);
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
 #pragma unroll
         for (int i = 0; i < 4; ++i) columns[i] = columns[i + 1];
-        columns[4] = column_at(residual, motion, x + 2, y);
+        columns[4] = column_at(sizes, residual, motion, x + 2, y);
         const float2 vector = (float2)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]);
         STORE(trust_in(columns, vector), out, AT(OUT, x, y, 0));
     }

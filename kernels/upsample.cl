@@ -3,9 +3,11 @@
 // Options: IN_*, OUT_* (layouts), STRIP (pixels of a row to a work-item), SCALE, SHIFT_X, SHIFT_Y (the jitter, as an
 // expression in `frame`), STORE_HALF.
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_image(global const storage* in,
-                                                                                global storage* out, Frame frame) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void upsample_image(Sizes given, global const storage* in,
+                                                                                global storage* restrict out,
+                                                                                Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     const Taps ty = upsample_taps(y, SCALE, SHIFT_Y, IN_HEIGHT);
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {

@@ -32,8 +32,8 @@ inline Taps warp_taps(int x, float motion, int size) {
 
 // Of two neighbouring columns one at most holds samples, and of two rows: there is one to read, or none. (At the border
 // both taps may be the same.)
-INLINE void warp_samples(global const storage* image, global storage* out, Frame frame, int x, int y, Taps tx,
-                         Taps ty) {
+INLINE void warp_samples(const Sizes* sizes, global const storage* image, global storage* out, Frame frame, int x,
+                         int y, Taps tx, Taps ty) {
     const int left = ON_SAMPLE(tx.first, x), right = ON_SAMPLE(tx.second, x);
     const int above = ON_SAMPLE(ty.first, y), below = ON_SAMPLE(ty.second, y);
     if (!(left | right) || !(above | below)) {
@@ -51,7 +51,8 @@ INLINE void warp_samples(global const storage* image, global storage* out, Frame
 // Pixels one after another and all four taps inside the image, as nearly everywhere: nothing is clamped, channels are
 // wide vectors. Whether that is so.
 #if !defined(SAMPLES) && IMAGE_BLOCK == 1 && OUT_BLOCK == 1
-INLINE int warp_inside(global const storage* image, global storage* out, int x, int y, float motion_x, float motion_y) {
+INLINE int warp_inside(const Sizes* sizes, global const storage* image, global storage* out, int x, int y,
+                       float motion_x, float motion_y) {
     // While they are floats: they may be too large for an int.
     if (!(fabs(motion_x) < IMAGE_WIDTH && fabs(motion_y) < IMAGE_HEIGHT)) return 0;
     const int whole_x = whole_part(motion_x), whole_y = whole_part(motion_y);
@@ -71,11 +72,11 @@ INLINE int warp_inside(global const storage* image, global storage* out, int x, 
     return 1;
 }
 #else
-#define warp_inside(image, out, x, y, motion_x, motion_y) 0
+#define warp_inside(sizes, image, out, x, y, motion_x, motion_y) 0
 #endif
 
-INLINE void warp_pixel(global const storage* image, global storage* out, Frame frame, int x, int y, float motion_x,
-                       float motion_y FALLBACK_ARGUMENT) {
+INLINE void warp_pixel(const Sizes* sizes, global const storage* image, global storage* out, Frame frame, int x, int y,
+                       float motion_x, float motion_y FALLBACK_ARGUMENT) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
 #ifndef FALLBACK_SCALE
         for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, (float4)(0), out, x, y, c);
@@ -97,25 +98,26 @@ INLINE void warp_pixel(global const storage* image, global storage* out, Frame f
         return;
     }
 #endif
-    if (warp_inside(image, out, x, y, motion_x, motion_y)) return;
+    if (warp_inside(sizes, image, out, x, y, motion_x, motion_y)) return;
     const Taps tx = warp_taps(x, motion_x, IMAGE_WIDTH);
     const Taps ty = warp_taps(y, motion_y, IMAGE_HEIGHT);
 #ifdef SAMPLES
-    warp_samples(image, out, frame, x, y, tx, ty);
+    warp_samples(sizes, image, out, frame, x, y, tx, ty);
 #else
     for (int c = 0; c < OUT_CHANNELS; c += 4) STORE_CHANNELS(OUT, BILINEAR(IMAGE, image, tx, ty, c), out, x, y, c);
 #endif
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(global const storage* image,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(Sizes given, global const storage* image,
                                                                             global const float* motion,
-                                                                            global storage* out,
+                                                                            global storage* restrict out,
                                                                             Frame frame FALLBACK_ARGUMENT) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
         const int block_x = x / PIXELS_A_VECTOR, block_y = y / PIXELS_A_VECTOR;
-        warp_pixel(image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
+        warp_pixel(sizes, image, out, frame, x, y, motion[AT(MOTION, block_x, block_y, 0)],
                    motion[AT(MOTION, block_x, block_y, 1)] FALLBACK_PASSED);
     }
 }
@@ -132,7 +134,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_plain(glob
 #define ROWS 1
 #endif
 
-inline void store_rows(const float16* rows, global storage* out, int x, int y) {
+inline void store_rows(const Sizes* sizes, const float16* rows, global storage* out, int x, int y) {
 #if OUT_BLOCK == 1 && OUT_STRIDE == 4
     STORE16(rows[0], out, AT(OUT, x, y, 0));
 #elif OUT_BLOCK == 2
@@ -160,11 +162,12 @@ inline void store_rows(const float16* rows, global storage* out, int x, int y) {
 #endif
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(global const storage* image,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(Sizes given, global const storage* image,
                                                                             global const float* motion,
-                                                                            global storage* out,
+                                                                            global storage* restrict out,
                                                                             Frame frame FALLBACK_ARGUMENT) {
-    const int block_x = get_global_id(0), block_y = get_global_id(1);
+    TAKE(sizes);
+    const int block_x = get_global_id(0), block_y = ROW_ITEM(1);
     if (block_x >= MOTION_WIDTH || block_y >= MOTION_HEIGHT) return;
     const float motion_x = motion[AT(MOTION, block_x, block_y, 0)];
     const float motion_y = motion[AT(MOTION, block_x, block_y, 1)];
@@ -175,7 +178,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(glob
     if (frame.reset || !inside || x0 + 8 > OUT_WIDTH || y0 + 8 > OUT_HEIGHT) {
         for (int y = y0; y < min(y0 + 8, OUT_HEIGHT); ++y)
             for (int x = x0; x < min(x0 + 8, OUT_WIDTH); ++x)
-                warp_pixel(image, out, frame, x, y, motion_x, motion_y FALLBACK_PASSED);
+                warp_pixel(sizes, image, out, frame, x, y, motion_x, motion_y FALLBACK_PASSED);
         return;
     }
     const float weight_x = motion_x - floor(motion_x), weight_y = motion_y - floor(motion_y);
@@ -194,8 +197,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_block(glob
             above_left = below_left;
             above_right = below_right;
         }
-        store_rows(rows_left, out, x0, y0 + y);
-        store_rows(rows_right, out, x0 + 4, y0 + y);
+        store_rows(sizes, rows_left, out, x0, y0 + y);
+        store_rows(sizes, rows_right, out, x0 + 4, y0 + y);
     }
 #undef ALONG_X
 }

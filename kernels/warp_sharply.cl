@@ -10,7 +10,7 @@ INLINE float4 factors(float color, float weight) { return (float4)(color, color,
 
 // Between columns `column` and the next, s from 0 to 1, and rows likewise. Of four weights along an axis the outer two
 // are 0 for the weight's lane, and where both axes' are outer ones there is no tap.
-INLINE float4 filtered(global const storage* image, int column, int row, float s, float t) {
+INLINE float4 filtered(const Sizes* sizes, global const storage* image, int column, int row, float s, float t) {
     const float4 along_x = keys(s), along_y = keys(t);
     const float4 x0 = factors(along_x.s0, 0), x1 = factors(along_x.s1, 1 - s);
     const float4 x2 = factors(along_x.s2, s), x3 = factors(along_x.s3, 0);
@@ -49,8 +49,8 @@ INLINE Taps fallback_taps(int x, float jitter, int size) {
     return clamped_taps(u.whole, u.fraction, size);
 }
 
-INLINE float4 warped(global const storage* image, global const storage* color, Frame frame, int x, int y,
-                     float motion_x, float motion_y) {
+INLINE float4 warped(const Sizes* sizes, global const storage* image, global const storage* color, Frame frame, int x,
+                     int y, float motion_x, float motion_y) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
         const Taps tx = fallback_taps(x, frame.jitter_x, COLOR_WIDTH);
         const Taps ty = fallback_taps(y, frame.jitter_y, COLOR_HEIGHT);
@@ -60,18 +60,21 @@ INLINE float4 warped(global const storage* image, global const storage* color, F
     const float dx = clamp(motion_x, -2.0f * IMAGE_WIDTH, 2.0f * IMAGE_WIDTH);
     const float dy = clamp(motion_y, -2.0f * IMAGE_HEIGHT, 2.0f * IMAGE_HEIGHT);
     const int whole_x = whole_part(dx), whole_y = whole_part(dy);
-    return filtered(image, x + whole_x, y + whole_y, dx - whole_x, dy - whole_y);
+    return filtered(sizes, image, x + whole_x, y + whole_y, dx - whole_x, dy - whole_y);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply(global const storage* image,
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply(Sizes given, global const storage* image,
                                                                               global const float* motion,
                                                                               global const storage* color,
-                                                                              global storage* out, Frame frame) {
-    const int y = get_global_id(1), first = (int)get_global_id(0) * STRIP;
+                                                                              global storage* restrict out,
+                                                                              Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x)
-        STORE_CHANNELS(OUT, warped(image, color, frame, x, y, motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]),
-                       out, x, y, 0);
+        STORE_CHANNELS(
+            OUT, warped(sizes, image, color, frame, x, y, motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]),
+            out, x, y, 0);
 }
 
 // For devices that make vectors of what a work-item says is one: weights of sixteen pixels at once, so that for each of
@@ -97,7 +100,7 @@ INLINE void keys_lanes(float16 t, float16* weights) {
 INLINE int16 are_finite(float16 v) { return (as_int16(v) & 0x7f800000) != 0x7f800000; }
 
 // The pixel whose taps' first row and column begin at p, by weights that are LANES apart.
-INLINE float4 filtered_inside(global const storage* p, const float* weights) {
+INLINE float4 filtered_inside(const Sizes* sizes, global const storage* p, const float* weights) {
 #define WEIGHT(i) weights[(i)*LANES]
 #define TAP(x, y) LOAD4(p, (y)*IMAGE_ROW + 4 * (x))
     const float4 above = WEIGHT(1) * TAP(1, 0) + WEIGHT(2) * TAP(2, 0);
@@ -115,11 +118,11 @@ INLINE float4 filtered_inside(global const storage* p, const float* weights) {
     return (float4)(LESSER(raised, (float4)(1)).xyz, weight);
 }
 
-kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply_lanes(global const storage* image,
-                                                                                    global const float* motion,
-                                                                                    global const storage* color,
-                                                                                    global storage* out, Frame frame) {
-    const int y = get_global_id(1), first = PIXELS * get_global_id(0), end = min(first + PIXELS, OUT_WIDTH);
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply_lanes(
+    Sizes given, global const storage* image, global const float* motion, global const storage* color,
+    global storage* restrict out, Frame frame) {
+    TAKE(sizes);
+    const int y = ROW_ITEM(1), first = PIXELS * get_global_id(0), end = min(first + PIXELS, OUT_WIDTH);
     const int16 lane = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     for (int x = first; x < end; x += LANES) {
         float motion_x[LANES], motion_y[LANES], weights[WEIGHTS * LANES];
@@ -155,8 +158,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void warp_sharply_la
         vstore16((1 - s) * t, 10, weights);
         vstore16(s * t, 11, weights);
         for (int i = 0; i < min(LANES, end - x); ++i) {
-            const float4 pixel = inside[i] ? filtered_inside(image + AT(IMAGE, 0, 0, 0) + elements[i], weights + i)
-                                           : warped(image, color, frame, x + i, y, motion_x[i], motion_y[i]);
+            const float4 pixel = inside[i]
+                                     ? filtered_inside(sizes, image + AT(IMAGE, 0, 0, 0) + elements[i], weights + i)
+                                     : warped(sizes, image, color, frame, x + i, y, motion_x[i], motion_y[i]);
             STORE_CHANNELS(OUT, pixel, out, x + i, y, 0);
         }
     }

@@ -42,13 +42,21 @@ struct Argument {
     int index = 0;
 };
 
+/// A tensor under the name that its kernel gives it.
+struct NamedTensor {
+    std::string name;
+    TensorArgument argument;
+};
+
 /// One kernel launch, as data. The kernel has reqd_work_group_size(WG_X, WG_Y, 1); WG_X and WG_Y are set by the runtime
-/// from `local`.
+/// from `local`. Where there are tensors, the kernel's first argument is a struct Sizes of them, which the runtime
+/// defines and fills in.
 struct KernelCall {
     std::string file;    // kernels/<file>.cl; or, where `source` is not empty, a name for messages
     std::string source;  // source made at run time
     std::string entry;
     std::string options;
+    std::vector<NamedTensor> tensors;
     std::vector<Argument> arguments;
     std::array<size_t, 2> global{1, 1};  // rounded up to multiples of `local`
     std::array<size_t, 2> local{1, 1};

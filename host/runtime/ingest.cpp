@@ -1,17 +1,13 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <string_view>
 
 #include "runtime/implementations/lowering.h"
 #include "runtime/inputs.h"
 
 namespace clarus::runtime {
 namespace {
-
-std::string destination_options(std::string_view name, const TensorLayout& layout) {
-    return fmt::format(" {} -D{}_STORAGE={}", layout_options(std::string(name), layout), name,
-                       layout.storage == Storage::f16 ? "half" : "float");
-}
 
 std::string source_options(std::string_view name, const ImageFormat& format) {
     return fmt::format(" -DRAW_{0}={1} -DRAW_{0}_COMPONENTS={2}", name, opencl_type(format.type), format.channels);
@@ -25,11 +21,15 @@ KernelCall ingest(const IngestProblem& problem) {
     call.file = call.entry = "ingest";
 
     const TensorLayout* largest = nullptr;
+    std::string_view largest_name;
     const auto destination = [&](std::string_view name, const std::optional<TensorLayout>& layout, int index) {
         if (!layout) return;
-        call.options += destination_options(name, *layout);
+        add_tensor(call, std::string(name), *layout);
+        call.options += fmt::format(" -D{}_STORAGE={}", name, layout->storage == Storage::f16 ? "half" : "float");
         call.arguments.push_back({ArgumentKind::input, index});
-        if (!largest || layout->width > largest->width) largest = &*layout;
+        if (largest && layout->width <= largest->width) return;
+        largest = &*layout;
+        largest_name = name;
     };
     const auto resource = [&](std::string_view name, const std::optional<TensorLayout>& layout, graph::Resource source,
                               const ImageFormat& format) {
@@ -51,7 +51,10 @@ KernelCall ingest(const IngestProblem& problem) {
     call.arguments.push_back({ArgumentKind::frame});
     if (!largest) throw std::logic_error("a pipeline reads something of its frame");
 
-    call.options += fmt::format(" -DWIDTH={} -DHEIGHT={}", largest->width, largest->height);
+    call.options += fmt::format(" -DWIDTH={0}_WIDTH -DHEIGHT={0}_HEIGHT", largest_name);
+    for (const auto& [name, tensor] : call.tensors)
+        call.options += fmt::format(" -D{}_SMALLER={}", name,
+                                    tensor.width < largest->width || tensor.height < largest->height ? 1 : 0);
     if (options.color_space == ColorSpace::linear) call.options += " -DLINEAR_COLOR";
     if (options.depth.projective) call.options += " -DPROJECTIVE_DEPTH";
     if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";

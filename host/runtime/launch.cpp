@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstring>
 #include <utility>
 
 #include "cl/error.h"
@@ -9,8 +11,22 @@
 namespace clarus::runtime {
 namespace {
 
-std::string with_group_size(const KernelCall& call) {
-    return fmt::format("{} -DWG_X={} -DWG_Y={}", call.options, call.local[0], call.local[1]);
+/// All that a program depends on. The order of tensors is that of struct Sizes.
+std::string program_options(const KernelCall& call) {
+    std::string names;
+    for (const NamedTensor& tensor : call.tensors) names += (names.empty() ? " -DTENSORS=" : ",") + tensor.name;
+    return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
+}
+
+/// struct Sizes of kernels/common.clh: first_item, then the tensors.
+std::vector<std::byte> sizes_of(const KernelCall& call) {
+    std::vector<std::byte> sizes(sizeof(cl_int) + call.tensors.size() * sizeof(TensorArgument));
+    std::byte* to = sizes.data() + sizeof(cl_int);
+    for (const NamedTensor& tensor : call.tensors) {
+        std::memcpy(to, &tensor.argument, sizeof tensor.argument);
+        to += sizeof tensor.argument;
+    }
+    return sizes;
 }
 
 cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<size_t, 2>& local) {
@@ -18,8 +34,8 @@ cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<siz
 }
 
 cl::Program build(ocl::Context& context, const KernelCall& call) {
-    return call.source.empty() ? context.program(call.file, with_group_size(call))
-                               : context.program_from_source(call.file, call.source, with_group_size(call));
+    return call.source.empty() ? context.program(call.file, program_options(call))
+                               : context.program_from_source(call.file, call.source, program_options(call));
 }
 
 cl::Kernel create_kernel(ocl::Context& context, const KernelCall& call, const std::string& entry) {
@@ -32,12 +48,23 @@ cl::Kernel create_kernel(ocl::Context& context, const KernelCall& call, const st
 Launch::Launch(ocl::Context& context, KernelCall call)
     : call_(std::move(call)),
       kernel_(create_kernel(context, call_, call_.entry)),
-      doing_("run kernel " + call_.entry) {}
+      doing_("run kernel " + call_.entry),
+      sizes_(sizes_of(call_)),
+      first_argument_(call_.tensors.empty() ? 0 : 1) {
+    set_first_item(0);
+}
+
+void Launch::set_first_item(int item) {
+    if (call_.tensors.empty()) return;
+    const auto first_item = static_cast<cl_int>(item);
+    std::memcpy(sizes_.data(), &first_item, sizeof first_item);
+    ocl::checked(doing_, [&] { kernel_.setArg(0, sizes_.size(), sizes_.data()); });
+}
 
 void Launch::bind(const Bindings& bindings) {
     ocl::checked(doing_, [&] {
-        for (cl_uint position = 0; position < call_.arguments.size(); ++position) {
-            const Argument& argument = call_.arguments[position];
+        cl_uint position = first_argument_;
+        for (const Argument& argument : call_.arguments) {
             switch (argument.kind) {
                 case ArgumentKind::input:
                     kernel_.setArg(position, bindings.inputs[argument.index]);
@@ -70,6 +97,7 @@ void Launch::bind(const Bindings& bindings) {
                     kernel_.setArg(position, bindings.counter);
                     break;
             }
+            ++position;
         }
     });
 }
@@ -81,14 +109,16 @@ void Launch::enqueue(const cl::CommandQueue& queue, cl::Event* event) const {
     });
 }
 
-void Launch::enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event) const {
-    std::array<size_t, 2> offset{0, 0}, global = call_.global;
-    offset[call_.row_axis] = first / call_.rows_an_item;
+void Launch::enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event) {
+    // Not by a global offset, for which PoCL compiles a kernel once more.
+    std::array<size_t, 2> global = call_.global;
     global[call_.row_axis] = (end - first + call_.rows_an_item - 1) / call_.rows_an_item;
+    set_first_item(first / call_.rows_an_item);
     ocl::checked(doing_, [&] {
-        queue.enqueueNDRangeKernel(kernel_, cl::NDRange(offset[0], offset[1]), rounded_up(global, call_.local),
+        queue.enqueueNDRangeKernel(kernel_, cl::NullRange, rounded_up(global, call_.local),
                                    cl::NDRange(call_.local[0], call_.local[1]), nullptr, event);
     });
+    set_first_item(0);
 }
 
 PackLaunch::PackLaunch(ocl::Context& context, const Lowered& lowered)

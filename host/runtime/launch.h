@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -34,14 +35,18 @@ class Launch {
     /// Enqueues with the arguments as they are. `event` may be null.
     void enqueue(const cl::CommandQueue& queue, cl::Event* event = nullptr) const;
     /// The same for rows [first, end) of the result alone. `first` is a multiple of what a work-group makes.
-    void enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event = nullptr) const;
+    void enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl::Event* event = nullptr);
 
     const KernelCall& call() const { return call_; }
 
   private:
+    void set_first_item(int item);
+
     KernelCall call_;
     cl::Kernel kernel_;
-    std::string doing_;  // for error messages
+    std::string doing_;             // for error messages
+    std::vector<std::byte> sizes_;  // struct Sizes
+    cl_uint first_argument_;        // after the sizes
 };
 
 /// The kernel that packs one set of a convolution's parameters for the kernel of `lowered`.

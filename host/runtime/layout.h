@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,20 @@ struct TensorLayout {
 /// Bytes of the memory that a layout which is not a part of another's needs, slack for vector loads included.
 size_t memory_bytes(const TensorLayout& layout);
 
-/// "-DIN_WIDTH=… -DIN_HEIGHT=… …", all that kernels/common.clh asks for, for name "IN".
+/// What of a layout a kernel is told when it runs: struct Tensor of kernels/common.clh, member by member.
+struct TensorArgument {
+    std::int32_t width, height;  // of the image, in pixels
+    std::int32_t row;            // elements from row to row of the stored grid
+    std::int32_t offset;         // elements from a cell's start to channel 0
+    std::int32_t ring;           // rows that are kept; 0: all
+    std::uint32_t
+        reciprocal;  // 2^32 / ring, rounded up past it: row − mul_hi(row, reciprocal) · ring is row modulo ring
+};
+static_assert(sizeof(TensorArgument) == 24);
+TensorArgument argument_for(const TensorLayout& layout);
+
+/// What a kernel is compiled for: "-DIN_CHANNELS=… -DIN_BLOCK=… …" for name "IN", all that kernels/common.clh asks for,
+/// with the names of what it is told when it runs ("-DIN_WIDTH=sizes->IN.width").
 std::string layout_options(const std::string& name, const TensorLayout& layout);
 
 struct Memory {

@@ -9,9 +9,9 @@ KernelCall present(const TensorLayout& output, const UpscalerOptions& options) {
     const ImageFormat& format = options.output_format;
     KernelCall call;
     call.file = call.entry = "present";
-    call.options = fmt::format("{} -DTARGET={} -DTARGET_COMPONENTS={}{}", image_options({{"OUT", output}}),
-                               opencl_type(format.type), format.channels,
+    call.options = fmt::format("-DTARGET={} -DTARGET_COMPONENTS={}{}", opencl_type(format.type), format.channels,
                                options.color_space == ColorSpace::linear ? " -DLINEAR_COLOR" : "");
+    add_images(call, {{"OUT", output}});
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::target}, {ArgumentKind::target_offset}, {ArgumentKind::frame}};
     call.global = pixels(output);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -41,16 +42,22 @@ std::vector<Selection> candidates_for(const Problem& problem, const DeviceProfil
     return candidates;
 }
 
+/// What of a layout decides how fast a kernel is. Of the size its magnitude: what was measured at one serves others.
+std::string describe_layout(const TensorLayout& layout) {
+    return fmt::format("{}x{}/{} block {}{} f{} 2^{}", layout.channels, layout.stride, layout.samples, layout.block,
+                       layout.ring > 0 ? " ring" : "", 8 * bytes_of(layout.storage),
+                       std::lround(std::log2(static_cast<double>(layout.width) * layout.height)));
+}
+
 /// Everything that the fastest of the candidates depends on, and which they are: one that is new is to be measured.
 std::string key_of(const Problem& problem, const std::vector<Selection>& candidates) {
     std::string key = implementations(problem.node).back().name;
-    for (const TensorLayout& input : problem.inputs)
-        key += fmt::format(" {} f{}", layout_options("IN", input), 8 * bytes_of(input.storage));
-    key += fmt::format(" {} f{}", layout_options("OUT", problem.output), 8 * bytes_of(problem.output.storage));
+    for (const TensorLayout& input : problem.inputs) key += fmt::format(" of {}", describe_layout(input));
+    key += fmt::format(" to {}", describe_layout(problem.output));
     const KernelCall obvious = candidates.back().lower(problem).call;  // is told all that layouts do not say
     std::string described = obvious.options + obvious.source + '\n';
     for (const Selection& candidate : candidates) described += candidate.describe() + '\n';
-    return key + fmt::format(" of {:016x}", XXH3_64bits(described.data(), described.size()));
+    return key + fmt::format(", {:016x}", XXH3_64bits(described.data(), described.size()));
 }
 
 cl::Buffer zeros(ocl::Context& context, size_t bytes) {

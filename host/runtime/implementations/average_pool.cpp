@@ -8,8 +8,8 @@ namespace {
 Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "average_pool";
-    call.options = fmt::format("{} -DSCALE={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               std::get<graph::AveragePool>(problem.node.op).scale);
+    call.options = fmt::format("-DSCALE={}", std::get<graph::AveragePool>(problem.node.op).scale);
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

@@ -10,12 +10,11 @@ double scale_of(const Problem& problem) { return std::get<graph::Compose>(proble
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "compose";
-    call.options = fmt::format("{} {} {}",
-                               image_options({{"COLOR", problem.inputs[0]},
-                                              {"PAST", problem.inputs[1]},
-                                              {"PARAMETERS", problem.inputs[2]},
-                                              {"OUT", problem.output}}),
-                               scale_options(scale_of(problem)), shift_options(graph::Shift::jitter));
+    call.options = fmt::format("{} {}", scale_options(scale_of(problem)), shift_options(graph::Shift::jitter));
+    add_images(call, {{"COLOR", problem.inputs[0]},
+                      {"PAST", problem.inputs[1]},
+                      {"PARAMETERS", problem.inputs[2]},
+                      {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},

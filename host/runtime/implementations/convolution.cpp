@@ -21,9 +21,10 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string file, 
     call.file = std::move(file);
     call.entry = "convolution";
     const ConvolutionInput input(problem);
-    call.options = fmt::format("{} {} -DCOUT={} -DKERNEL={} -DACTIVATION={}", input.options(),
-                               image_options({{"OUT", problem.output}}), problem.parameters->out_channels,
+    call.options = fmt::format("-DCOUT={} -DKERNEL={} -DACTIVATION={}", problem.parameters->out_channels,
                                problem.parameters->kernel, convolution.activation == graph::Activation::relu ? 1 : 0);
+    input.describe(call);
+    add_images(call, {{"OUT", problem.output}});
     for (const auto& [name, value] : choices)
         if (name != "WG_X" && name != "WG_Y") call.options += fmt::format(" -D{}={}", name, value);
     call.arguments = input.arguments();

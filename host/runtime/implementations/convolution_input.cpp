@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "runtime/implementations/lowering.h"
+
 namespace clarus::runtime {
 namespace {
 
@@ -52,26 +54,33 @@ ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
     }
 }
 
-std::string ConvolutionInput::options() const {
+void ConvolutionInput::describe(KernelCall& call) const {
     const graph::Convolution& convolution = convolution_of(problem_);
-    const bool is_one = convolution.readings.empty();
-    std::string result = fmt::format("-DCIN={} -DPARTS={} -DLANES={} -DIN_WIDTH={} -DIN_HEIGHT={}", channels,
-                                     parts.size(), lanes, is_one ? problem_.inputs[0].width : convolution.width,
-                                     is_one ? problem_.inputs[0].height : convolution.height);
+    // The input as a whole has a size, and no memory of its own.
+    const TensorLayout& first = problem_.inputs[0];
+    const int width = convolution.readings.empty() ? first.width : convolution.width;
+    const int height = convolution.readings.empty() ? first.height : convolution.height;
+    call.tensors.push_back({"IN", {width, height, 0, 0, 0, 0}});
+    call.options +=
+        fmt::format(" -DCIN={} -DPARTS={} -DLANES={} -DIN_WIDTH=sizes->IN.width -DIN_HEIGHT=sizes->IN.height", channels,
+                    parts.size(), lanes);
+    const auto add = [&](const std::string& name, const TensorLayout& image) {
+        add_tensor(call, name, image);
+        call.options += fmt::format(" -D{}_SMALLER={}", name, image.width < width || image.height < height ? 1 : 0);
+    };
     int dense = channels;
     for (size_t i = 0; i < parts.size(); ++i) {
         const InputPart& part = parts[i];
         const TensorLayout& image = problem_.inputs[part.image];
-        result +=
-            fmt::format(" -DPART{0}_READING={1} -DPART{0}_FIRST={2} -DPART{0}_LANE={3} {4}", i, name_of(part, image),
-                        part.first, part.lane, layout_options(fmt::format("PART{}", i), image));
-        if (part.factor >= 0)
-            result += fmt::format(" {}", layout_options(fmt::format("FACTOR{}", i), problem_.inputs[part.factor]));
+        call.options += fmt::format(" -DPART{0}_READING={1} -DPART{0}_FIRST={2} -DPART{0}_LANE={3}", i,
+                                    name_of(part, image), part.first, part.lane);
+        add(fmt::format("PART{}", i), image);
+        if (part.factor >= 0) add(fmt::format("FACTOR{}", i), problem_.inputs[part.factor]);
         if (image.samples == 1) continue;
-        result += fmt::format(" -DPART{0}_SCALE={1} -DSAMPLES_PART={0}", i, image.samples);
+        call.options += fmt::format(" -DPART{0}_SCALE={1} -DSAMPLES_PART={0}", i, image.samples);
         dense = part.first;
     }
-    return result + fmt::format(" -DDENSE_CIN={}", dense);
+    call.options += fmt::format(" -DDENSE_CIN={}", dense);
 }
 
 std::vector<Argument> ConvolutionInput::arguments() const {

@@ -21,7 +21,8 @@ struct InputPart {
 struct ConvolutionInput {
     explicit ConvolutionInput(const Problem& problem);
 
-    std::string options() const;
+    /// Adds to the call what is compiled and the tensors.
+    void describe(KernelCall& call) const;
     /// The first that the kernels take.
     std::vector<Argument> arguments() const;
 

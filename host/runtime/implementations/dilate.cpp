@@ -9,9 +9,10 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     const TensorLayout& depth = problem.inputs[1];
     KernelCall call;
     call.file = call.entry = "dilate";
-    call.options = fmt::format("{} {} {} -DSCALE={}", image_options({{"DEPTH", depth}}),
-                               layout_options("MOTION", problem.inputs[0]), layout_options("OUT", problem.output),
-                               std::get<graph::Dilate>(problem.node.op).scale);
+    call.options = fmt::format("-DSCALE={}", std::get<graph::Dilate>(problem.node.op).scale);
+    add_images(call, {{"DEPTH", depth}});
+    add_tensor(call, "MOTION", problem.inputs[0]);
+    add_tensor(call, "OUT", problem.output);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

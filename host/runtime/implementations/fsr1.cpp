@@ -9,7 +9,7 @@ KernelCall call_for(const Problem& problem, const Choices& choices, std::string 
     KernelCall call;
     call.file = "fsr1";
     call.entry = std::move(entry);
-    call.options = image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}});
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

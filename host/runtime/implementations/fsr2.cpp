@@ -9,10 +9,9 @@ Lowered lower_residual(const Problem& problem, const Choices& choices) {
     const TensorLayout &past = problem.inputs[1], &out = problem.output;
     KernelCall call;
     call.file = call.entry = "residual";
-    call.options =
-        fmt::format("{} {} {} -DSTRIP={}", image_options({{"COLOR", problem.inputs[0]}, {"PAST", past}, {"OUT", out}}),
-                    scale_options(static_cast<double>(past.width) / out.width, "_X"),
-                    scale_options(static_cast<double>(past.height) / out.height, "_Y"), choices.at("STRIP"));
+    call.options = fmt::format("{} {} -DSTRIP={}", scale_options(static_cast<double>(past.width) / out.width, "_X"),
+                               scale_options(static_cast<double>(past.height) / out.height, "_Y"), choices.at("STRIP"));
+    add_images(call, {{"COLOR", problem.inputs[0]}, {"PAST", past}, {"OUT", out}});
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(out, choices);
@@ -24,9 +23,9 @@ Lowered lower_trust(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "trust";
     call.options =
-        fmt::format("{} {} {} -DSTRIP={}", image_options({{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}}),
-                    layout_options("MOTION", problem.inputs[1]),
-                    scale_options(std::get<graph::Trust>(problem.node.op).scale), choices.at("STRIP"));
+        fmt::format("{} -DSTRIP={}", scale_options(std::get<graph::Trust>(problem.node.op).scale), choices.at("STRIP"));
+    add_images(call, {{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}});
+    add_tensor(call, "MOTION", problem.inputs[1]);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);
@@ -36,13 +35,12 @@ Lowered lower_trust(const Problem& problem, const Choices& choices) {
 Lowered lower_collect(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "collect";
-    call.options = fmt::format("{} {} {}",
-                               image_options({{"COLOR", problem.inputs[0]},
-                                              {"PAST", problem.inputs[1]},
-                                              {"TRUST", problem.inputs[2]},
-                                              {"OUT", problem.output}}),
-                               layout_options("MOTION", problem.inputs[3]),
-                               scale_options(std::get<graph::Collect>(problem.node.op).scale));
+    call.options = fmt::format("{}", scale_options(std::get<graph::Collect>(problem.node.op).scale));
+    add_images(call, {{"COLOR", problem.inputs[0]},
+                      {"PAST", problem.inputs[1]},
+                      {"TRUST", problem.inputs[2]},
+                      {"OUT", problem.output}});
+    add_tensor(call, "MOTION", problem.inputs[3]);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::input, 2},
                       {ArgumentKind::input, 3}, {ArgumentKind::output},   {ArgumentKind::frame}};
     call.global = pixels(problem.output);

@@ -8,8 +8,8 @@ namespace {
 Lowered lower_fill(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "fill";
-    call.options = fmt::format("{} -DVALUE={:.9e}f", image_options({{"OUT", problem.output}}),
-                               std::get<graph::Fill>(problem.node.op).value);
+    call.options = fmt::format("-DVALUE={:.9e}f", std::get<graph::Fill>(problem.node.op).value);
+    add_images(call, {{"OUT", problem.output}});
     call.arguments = {{ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);
@@ -21,9 +21,9 @@ Lowered lower_previous_depth(const Problem& problem, const Choices& choices) {
     call.file = "history";
     call.entry = "previous_depth";
     call.options =
-        fmt::format("-DPREVIOUS_DEPTH -DSHARE={:.9e}f {} {}", std::get<graph::PreviousDepth>(problem.node.op).share,
-                    layout_options("MOTION", problem.inputs[1]),
-                    image_options({{"DEPTH", problem.inputs[2]}, {"OUT", problem.output}}));
+        fmt::format("-DPREVIOUS_DEPTH -DSHARE={:.9e}f", std::get<graph::PreviousDepth>(problem.node.op).share);
+    add_tensor(call, "MOTION", problem.inputs[1]);
+    add_images(call, {{"DEPTH", problem.inputs[2]}, {"OUT", problem.output}});
     call.arguments = {
         {ArgumentKind::input, 1}, {ArgumentKind::input, 2}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);
@@ -35,10 +35,11 @@ Lowered lower_checked_motion(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
     call.entry = "checked_motion";
-    call.options = fmt::format("-DCHECKED_MOTION {}", image_options({{"MOTION", problem.inputs[0]},
-                                                                     {"DEPTH", problem.inputs[1]},
-                                                                     {"PREVIOUS", problem.inputs[2]},
-                                                                     {"OUT", problem.output}}));
+    call.options = "-DCHECKED_MOTION";
+    add_images(call, {{"MOTION", problem.inputs[0]},
+                      {"DEPTH", problem.inputs[1]},
+                      {"PREVIOUS", problem.inputs[2]},
+                      {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},
@@ -53,8 +54,9 @@ Lowered lower_validity(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
     call.entry = "validity";
-    call.options = fmt::format("-DVALIDITY {} {}", layout_options("MOTION", problem.inputs[0]),
-                               image_options({{"OUT", problem.output}}));
+    call.options = "-DVALIDITY";
+    add_tensor(call, "MOTION", problem.inputs[0]);
+    add_images(call, {{"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

@@ -9,12 +9,11 @@ Lowered lower_landed_source(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
     call.entry = "landed_source";
-    call.options =
-        fmt::format("-DLANDED_SOURCE -DSHARE={:.9e}f {}", std::get<graph::LandedSource>(problem.node.op).share,
-                    image_options({{"MOTION", problem.inputs[1]},
-                                   {"DEPTH", problem.inputs[2]},
-                                   {"LANDED", problem.inputs[3]},
-                                   {"OUT", problem.output}}));
+    call.options = fmt::format("-DLANDED_SOURCE -DSHARE={:.9e}f", std::get<graph::LandedSource>(problem.node.op).share);
+    add_images(call, {{"MOTION", problem.inputs[1]},
+                      {"DEPTH", problem.inputs[2]},
+                      {"LANDED", problem.inputs[3]},
+                      {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},
                       {ArgumentKind::input, 3},
@@ -28,12 +27,11 @@ Lowered lower_landed_source(const Problem& problem, const Choices& choices) {
 Lowered lower_middle_motion(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "middle_motion";
-    call.options = fmt::format("{} -DNO_SOURCE={}.0f",
-                               image_options({{"MOTION", problem.inputs[0]},
-                                              {"DEPTH", problem.inputs[1]},
-                                              {"SOURCE", problem.inputs[2]},
-                                              {"OUT", problem.output}}),
-                               graph::kNoSource);
+    call.options = fmt::format("-DNO_SOURCE={}.0f", graph::kNoSource);
+    add_images(call, {{"MOTION", problem.inputs[0]},
+                      {"DEPTH", problem.inputs[1]},
+                      {"SOURCE", problem.inputs[2]},
+                      {"OUT", problem.output}});
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::input, 2}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
@@ -44,10 +42,10 @@ Lowered lower_middle_motion(const Problem& problem, const Choices& choices) {
 Lowered lower_between(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "between";
-    call.options = fmt::format(
-        "{} {} {} -DSTRIP={}", layout_options("MIDDLE", problem.inputs[0]),
-        image_options({{"COLOR", problem.inputs[1]}, {"PREVIOUS", problem.inputs[2]}, {"OUT", problem.output}}),
-        scale_options(std::get<graph::Between>(problem.node.op).scale), choices.at("STRIP"));
+    call.options = fmt::format("{} -DSTRIP={}", scale_options(std::get<graph::Between>(problem.node.op).scale),
+                               choices.at("STRIP"));
+    add_tensor(call, "MIDDLE", problem.inputs[0]);
+    add_images(call, {{"COLOR", problem.inputs[1]}, {"PREVIOUS", problem.inputs[2]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},

@@ -8,14 +8,18 @@
 
 namespace clarus::runtime {
 
-std::string image_options(std::initializer_list<NamedLayout> images) {
-    std::string options;
+void add_tensor(KernelCall& call, const std::string& name, const TensorLayout& layout) {
+    call.options += fmt::format(" {}", layout_options(name, layout));
+    call.tensors.push_back({name, argument_for(layout)});
+}
+
+void add_images(KernelCall& call, std::initializer_list<NamedLayout> images) {
     const Storage storage = images.begin()->layout.storage;
     for (const NamedLayout& image : images) {
         if (image.layout.storage != storage) throw std::logic_error("a kernel's images have one storage");
-        options += layout_options(std::string(image.name), image.layout) + " ";
+        add_tensor(call, std::string(image.name), image.layout);
     }
-    return options + (storage == Storage::f16 ? "-DSTORE_HALF" : "");
+    if (storage == Storage::f16) call.options += " -DSTORE_HALF";
 }
 
 std::string shift_options(graph::Shift shift) {

@@ -15,8 +15,10 @@ struct NamedLayout {
     std::string_view name;
     const TensorLayout& layout;
 };
-/// The layouts of images of one storage as compiler options, and STORE_HALF where that is half.
-std::string image_options(std::initializer_list<NamedLayout> images);
+/// Tells the call's kernel of images of one storage: their layouts, and STORE_HALF where that is half.
+void add_images(KernelCall& call, std::initializer_list<NamedLayout> images);
+/// The same of one tensor, whose storage the kernel knows.
+void add_tensor(KernelCall& call, const std::string& name, const TensorLayout& layout);
 
 /// SHIFT_X and SHIFT_Y: the jitter as expressions in the kernel's `frame`.
 std::string shift_options(graph::Shift shift);

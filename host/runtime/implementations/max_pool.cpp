@@ -8,8 +8,8 @@ namespace {
 Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "max_pool";
-    call.options = fmt::format("{} -DSTRIP={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);

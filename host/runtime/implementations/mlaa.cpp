@@ -8,9 +8,8 @@ namespace {
 Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "mlaa";
-    call.options = fmt::format("{} -DTHRESHOLD={:.9e}f -DREACH={}",
-                               image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               graph::kMlaaThreshold, graph::kMlaaReach);
+    call.options = fmt::format("-DTHRESHOLD={:.9e}f -DREACH={}", graph::kMlaaThreshold, graph::kMlaaReach);
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

@@ -31,15 +31,18 @@ void pass_inputs(KernelCall& call, int first, int end) {
 
 Lowered lower_far(const Problem& problem, const Choices& choices) {
     KernelCall call = call_of("nss_guide", "far_depth", problem, choices);
-    call.options = layout_options("OUT", problem.output) + " -DFAR";
+    call.options = "-DFAR";
+    add_tensor(call, "OUT", problem.output);
     call.arguments = {{ArgumentKind::output}};
     return {std::move(call), std::nullopt};
 }
 
 Lowered lower_scatter(const Problem& problem, const Choices& choices) {
     KernelCall call = call_of("nss_guide", "scatter_depth", problem, choices);
-    call.options = fmt::format("{} {} {} -DSCATTER", layout_options("DEPTH", problem.inputs[1]),
-                               layout_options("MOTION", problem.inputs[2]), layout_options("OUT", problem.output));
+    call.options = "-DSCATTER";
+    add_tensor(call, "DEPTH", problem.inputs[1]);
+    add_tensor(call, "MOTION", problem.inputs[2]);
+    add_tensor(call, "OUT", problem.output);
     pass_inputs(call, 1, 3);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};
@@ -58,10 +61,12 @@ Lowered lower_guide(const Problem& problem, const Choices& choices) {
     const double diagonal = std::hypot(width, height);
     const double exponent = 1 + 2 * std::min(1.0, diagonal / std::hypot(1080.0, 1920.0));
     KernelCall call = call_of("nss_guide", "guide", problem, choices);
-    call.options = fmt::format("{} {} {} {} -DGUIDE -DTOLERANCE={:.9e}f -DEXPONENT={:.9e}f",
-                               layout_options("DEPTH", problem.inputs[0]), layout_options("MOTION", problem.inputs[1]),
-                               layout_options("BEFORE", problem.inputs[2]), layout_options("OUT", problem.output),
-                               kSeparation * field * diagonal, exponent);
+    call.options =
+        fmt::format("-DGUIDE -DTOLERANCE={:.9e}f -DEXPONENT={:.9e}f", kSeparation * field * diagonal, exponent);
+    add_tensor(call, "DEPTH", problem.inputs[0]);
+    add_tensor(call, "MOTION", problem.inputs[1]);
+    add_tensor(call, "BEFORE", problem.inputs[2]);
+    add_tensor(call, "OUT", problem.output);
     pass_inputs(call, 0, 3);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};
@@ -69,23 +74,21 @@ Lowered lower_guide(const Problem& problem, const Choices& choices) {
 
 Lowered lower_flicker(const Problem& problem, const Choices& choices) {
     KernelCall call = call_of("nss_input", "flicker", problem, choices);
-    call.options = fmt::format(
-        "{} {} -DFLICKER",
-        image_options({{"COLOR", problem.inputs[0]}, {"DERIVATIVE", problem.inputs[2]}, {"OUT", problem.output}}),
-        layout_options("GUIDE", problem.inputs[1]));
+    call.options = "-DFLICKER";
+    add_images(call, {{"COLOR", problem.inputs[0]}, {"DERIVATIVE", problem.inputs[2]}, {"OUT", problem.output}});
+    add_tensor(call, "GUIDE", problem.inputs[1]);
     pass_inputs(call, 0, 3);
     return {std::move(call), std::nullopt};
 }
 
 Lowered lower_input(const Problem& problem, const Choices& choices) {
     KernelCall call = call_of("nss_input", "network_input", problem, choices);
-    call.options = fmt::format("{} {}",
-                               image_options({{"COLOR", problem.inputs[0]},
-                                              {"FLICKER", problem.inputs[2]},
-                                              {"HISTORY", problem.inputs[3]},
-                                              {"TEMPORAL", problem.inputs[4]},
-                                              {"OUT", problem.output}}),
-                               layout_options("GUIDE", problem.inputs[1]));
+    add_images(call, {{"COLOR", problem.inputs[0]},
+                      {"FLICKER", problem.inputs[2]},
+                      {"HISTORY", problem.inputs[3]},
+                      {"TEMPORAL", problem.inputs[4]},
+                      {"OUT", problem.output}});
+    add_tensor(call, "GUIDE", problem.inputs[1]);
     pass_inputs(call, 0, 5);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};
@@ -102,13 +105,13 @@ std::string axis_options(std::string_view axis, int low, int high) {
 Lowered lower_resolve(const Problem& problem, const Choices& choices) {
     KernelCall call = call_of("nss_resolve", "resolve", problem, choices);
     const TensorLayout& color = problem.inputs[0];
-    call.options = fmt::format("{} {} -DWEIGHED={}",
-                               image_options({{"COLOR", color},
-                                              {"KERNELS", problem.inputs[2]},
-                                              {"TEMPORAL", problem.inputs[3]},
-                                              {"HISTORY", problem.inputs[4]},
-                                              {"OUT", problem.output}}),
-                               layout_options("GUIDE", problem.inputs[1]), kWeighed);
+    call.options = fmt::format("-DWEIGHED={}", kWeighed);
+    add_images(call, {{"COLOR", color},
+                      {"KERNELS", problem.inputs[2]},
+                      {"TEMPORAL", problem.inputs[3]},
+                      {"HISTORY", problem.inputs[4]},
+                      {"OUT", problem.output}});
+    add_tensor(call, "GUIDE", problem.inputs[1]);
     call.options += axis_options("X", color.width, problem.output.width);
     call.options += axis_options("Y", color.height, problem.output.height);
     pass_inputs(call, 0, 5);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "base/rounding.h"
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -46,26 +47,29 @@ std::vector<Run> singles(int count) {
 /// An operand or the result in a kernel whose work-items handle cells of cell × cell pixels.
 class Access {
   public:
-    /// `qualifier`: "const " or nothing.
-    Access(const TensorLayout& layout, std::string qualifier, std::string pointer, int cell)
-        : layout_(layout), qualifier_(std::move(qualifier)), pointer_(std::move(pointer)), cell_(cell) {}
+    /// `qualifier`: "const " or nothing. `tensor`: the name of the layout in common.clh.
+    Access(const TensorLayout& layout, std::string qualifier, std::string tensor, std::string pointer, int cell)
+        : layout_(layout),
+          qualifier_(std::move(qualifier)),
+          tensor_(std::move(tensor)),
+          pointer_(std::move(pointer)),
+          cell_(cell) {}
 
     int channels() const { return layout_.channels; }
-    std::string parameter() const { return fmt::format("global {}{}* {}_image", qualifier_, element_type(), pointer_); }
+    std::string parameter() const {
+        return fmt::format("global {}{}* {}{}_image", qualifier_, element_type(), qualifier_.empty() ? "restrict " : "",
+                           pointer_);
+    }
 
     /// Points to cell (x, y), or to the nearest pixel that a smaller image has.
     std::string point(const TensorLayout& whole) const {
-        const std::string x = layout_.width < whole.width ? fmt::format("min(x, {})", layout_.width - 1) : "x";
-        const std::string y = layout_.height < whole.height ? fmt::format("min(y, {})", layout_.height - 1) : "y";
+        const std::string x = layout_.width < whole.width ? fmt::format("min(x, {}_WIDTH - 1)", tensor_) : "x";
+        const std::string y = layout_.height < whole.height ? fmt::format("min(y, {}_HEIGHT - 1)", tensor_) : "y";
+        const int pixels = layout_.tiled ? cell_ : 1;  // of the stored grid's unit, to a cell
         const std::string place =
-            layout_.tiled
-                ? fmt::format("KEPT_ROW({} * {} / {}, {}) * {} + {} * {} / {} * {} + {}", y, cell_, layout_.samples,
-                              layout_.ring, layout_.row(), x, cell_, layout_.samples, layout_.stride, layout_.offset)
-            : layout_.block == cell_
-                ? fmt::format("KEPT_ROW({} / {}, {}) * {} + {} / {} * {} + {}", y, layout_.samples, layout_.ring,
-                              layout_.row(), x, layout_.samples, layout_.stride, layout_.offset)
-                : fmt::format("AT_({0} * {2}, {1} * {2}, 0, {3}, {4}, {5}, {6}, {7})", x, y, cell_, layout_.block,
-                              layout_.stride, layout_.row(), layout_.offset, layout_.ring);
+            layout_.tiled || layout_.block == cell_
+                ? fmt::format("AT_CELL({4}, {0} * {2} / {3}, {1} * {2} / {3})", x, y, pixels, layout_.samples, tensor_)
+                : fmt::format("AT({3}, {0} * {2}, {1} * {2}, 0)", x, y, cell_, tensor_);
         std::string code = fmt::format("    global {}{}* {} = {}_image + {};\n", qualifier_, element_type(), pointer_,
                                        pointer_, place);
         if (layout_.samples == 1 || layout_.tiled) return code;
@@ -76,7 +80,8 @@ class Access {
 
     /// Channel c of some of the cell's pixels, which are counted along its rows.
     std::string load(int c, Run pixels) const {
-        if (layout_.tiled) return fmt::format("({})({})", vector_type("float", pixels.width), load_elements(c, 1));
+        if (layout_.tiled)
+            return fmt::format("({})({})", vector_type("float", pixels.width), load_elements(fmt::to_string(c), 1));
         if (layout_.samples > 1)
             return fmt::format("{}_is_sample ? {} : 0.0f", pointer_, load_elements(element(0, c), 1));
         if (contiguous_pixels()) return load_elements(element(pixels.first, c), pixels.width);
@@ -112,18 +117,19 @@ class Access {
     const char* element_type() const { return half() ? "half" : "float"; }
     bool contiguous_pixels() const { return layout_.block == cell_ && cell_ > 1; }
 
-    int element(int pixel, int c) const {
-        if (layout_.block == cell_) return c * cell_ * cell_ + pixel;
+    std::string element(int pixel, int c) const {
+        if (layout_.block == cell_) return fmt::to_string(c * cell_ * cell_ + pixel);
         // Either the cell is one pixel, or the layout has blocks of one pixel.
-        return pixel / cell_ * layout_.row() + pixel % cell_ * layout_.stride + c * layout_.block * layout_.block;
+        return fmt::format("{} * {}_ROW + {}", pixel / cell_, tensor_,
+                           pixel % cell_ * layout_.stride + c * layout_.block * layout_.block);
     }
 
-    std::string load_elements(int first, int width) const {
+    std::string load_elements(const std::string& first, int width) const {
         if (half() && width > 4) {
             // PoCL's vload_half8 wants more than the halves' alignment.
             const int part = width / 2;
             return fmt::format("({})({}, {})", vector_type("float", width), load_elements(first, part),
-                               load_elements(first + part, part));
+                               load_elements(fmt::format("{} + {}", first, part), part));
         }
         if (half()) {
             return width == 1 ? fmt::format("vload_half({}, {})", first, pointer_)
@@ -133,7 +139,7 @@ class Access {
                           : fmt::format("vload{}(0, {} + {})", width, pointer_, first);
     }
 
-    std::string store_elements(const std::string& value, int first, int width) const {
+    std::string store_elements(const std::string& value, const std::string& first, int width) const {
         const std::string lanes = width == 1 ? "" : std::to_string(width);
         if (half()) {
             const std::string place = width == 1 ? fmt::format("{}, {}", first, pointer_)  // in elements, not vectors
@@ -145,7 +151,7 @@ class Access {
     }
 
     TensorLayout layout_;
-    std::string qualifier_, pointer_;
+    std::string qualifier_, tensor_, pointer_;
     int cell_;
 };
 
@@ -278,22 +284,24 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     const auto& program = std::get<graph::Pointwise>(problem.node.op);
     KernelCall call;
     call.file = call.entry = "pointwise";
-    call.global = {static_cast<size_t>(problem.output.width / cell), static_cast<size_t>(problem.output.height / cell)};
     call.local = group_size(choices);
     const int strip = choices.contains("STRIP") ? choices.at("STRIP") : 1;
-    const size_t columns = call.global[0];
-    call.global[0] = (columns + strip - 1) / strip;
+    call.global = {static_cast<size_t>(ceil_divide(problem.output.width / cell, strip)),
+                   static_cast<size_t>(problem.output.height / cell)};
 
     std::vector<Access> inputs;
     std::string parameters, pointers;
     for (const TensorLayout& layout : problem.inputs) {
         const int index = static_cast<int>(inputs.size());
-        inputs.emplace_back(layout, "const ", fmt::format("in{}", index), cell);
+        const std::string tensor = fmt::format("IN{}", index);
+        add_tensor(call, tensor, layout);
+        inputs.emplace_back(layout, "const ", tensor, fmt::format("in{}", index), cell);
         parameters += inputs.back().parameter() + ", ";
         pointers += inputs.back().point(problem.output);
         call.arguments.push_back({ArgumentKind::input, index});
     }
-    const Access output(problem.output, "", "out", cell);
+    add_tensor(call, "OUT", problem.output);
+    const Access output(problem.output, "", "OUT", "out", cell);
     call.arguments.push_back({ArgumentKind::output});
     call.arguments.push_back({ArgumentKind::frame});
 
@@ -301,11 +309,21 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     for (const int width : {1, 2, 4, 8, 16})
         call.source += fmt::format("DEFINE_SIGMOID({})\n", vector_type("float", width));
     call.source += fmt::format(
-        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise({0}{1}, Frame frame) {{\n"
-        "    const int y = get_global_id(1), first = (int)get_global_id(0) * {2};\n"
-        "    if (y >= {4}) return;\n"
-        "    for (int x = first; x < min(first + {2}, {3}); ++x) {{\n{5}{6}",
-        parameters, output.parameter(), strip, columns, call.global[1], pointers, output.point(problem.output));
+        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise(\n"
+        "    Sizes given, {}{}, Frame frame) {{\n"
+        "    TAKE(sizes);\n"
+        "    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * {};\n",
+        parameters, output.parameter(), strip);
+    // A loop, even of one turn, keeps compilers from making vectors of work-items.
+    call.source += strip == 1 ? fmt::format(
+                                    "    const int x = first;\n"
+                                    "    if (x >= OUT_WIDTH / {0} || y >= OUT_HEIGHT / {0}) return;\n    {{\n",
+                                    cell)
+                              : fmt::format(
+                                    "    if (y >= OUT_HEIGHT / {0}) return;\n"
+                                    "    for (int x = first; x < min(first + {1}, OUT_WIDTH / {0}); ++x) {{\n",
+                                    cell, strip);
+    call.source += pointers + output.point(problem.output);
     for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
     call.source += "    }\n}\n";
     return {std::move(call), std::nullopt};

@@ -10,9 +10,8 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     const double white = radiance ? radiance->white : std::get<graph::Display>(problem.node.op).white;
     KernelCall call;
     call.file = call.entry = "radiance";
-    call.options =
-        fmt::format("{} -DFOLD={:.9e}f -D{}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                    1 - 1 / white, radiance ? "DECODE" : "ENCODE");
+    call.options = fmt::format("-DFOLD={:.9e}f -D{}", 1 - 1 / white, radiance ? "DECODE" : "ENCODE");
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = strips(problem.output, 4, 1);
     call.local = group_size(choices);

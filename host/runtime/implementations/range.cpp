@@ -11,10 +11,9 @@ Lowered lower_range(const Problem& problem, const Choices& choices) {
     const int strip = choices.at("STRIP"), rows = strip > 1 ? kRows : 1;
     KernelCall call;
     call.file = call.entry = "range";
-    call.options = fmt::format(
-        "{} -DSCALE={} -DSTRIP={} -DROWS={}",
-        image_options({{"COLOR", problem.inputs[0]}, {"HISTORY", problem.inputs[1]}, {"OUT", problem.output}}),
-        std::get<graph::Range>(problem.node.op).scale, strip, rows);
+    call.options =
+        fmt::format("-DSCALE={} -DSTRIP={} -DROWS={}", std::get<graph::Range>(problem.node.op).scale, strip, rows);
+    add_images(call, {{"COLOR", problem.inputs[0]}, {"HISTORY", problem.inputs[1]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
     call.global = strips(problem.output, strip, rows);
     call.local = group_size(choices);
@@ -25,8 +24,8 @@ Lowered lower_believed(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "range";
     call.entry = "believed";
-    call.options = fmt::format("{} -DSTRIP={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                               choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);

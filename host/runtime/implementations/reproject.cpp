@@ -10,10 +10,9 @@ constexpr int kTaps = 2;
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "reproject";
-    call.options = fmt::format(
-        "{} {} {}",
-        image_options({{"MOTION", problem.inputs[0]}, {"DEPTH", problem.inputs[1]}, {"OUT", problem.output}}),
-        scale_options(std::get<graph::Reproject>(problem.node.op).scale), shift_options(graph::Shift::motion_jitter));
+    call.options = fmt::format("{} {}", scale_options(std::get<graph::Reproject>(problem.node.op).scale),
+                               shift_options(graph::Shift::motion_jitter));
+    add_images(call, {{"MOTION", problem.inputs[0]}, {"DEPTH", problem.inputs[1]}, {"OUT", problem.output}});
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);

@@ -28,9 +28,9 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     const auto& resample = std::get<graph::Resample>(problem.node.op);
     KernelCall call;
     call.file = call.entry = "resample";
-    call.options =
-        fmt::format("{} {} {} -DTAPS={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                    scale_options(resample.scale), shift_options(resample.shift), taps(resample.filter));
+    call.options = fmt::format("{} {} -DTAPS={}", scale_options(resample.scale), shift_options(resample.shift),
+                               taps(resample.filter));
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

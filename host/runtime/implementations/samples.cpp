@@ -10,8 +10,8 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
     KernelCall call;
     call.file = "samples";
     call.entry = std::move(entry);
-    call.options =
-        fmt::format("{} -DSCALE={}", image_options({{"IN", problem.inputs[samples]}, {"OUT", problem.output}}), scale);
+    call.options = fmt::format("-DSCALE={}", scale);
+    add_images(call, {{"IN", problem.inputs[samples]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, samples}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = pixels(grid);
     call.local = group_size(choices);

@@ -9,10 +9,10 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     const TensorLayout &past = problem.inputs[0], &out = problem.output;
     KernelCall call;
     call.file = call.entry = "sense";
-    call.options = fmt::format("{} {} {} {} -DSTRIP={}", image_options({{"PAST", past}, {"OUT", out}}),
-                               layout_options("DEPTH", problem.inputs[1]),
-                               scale_options(static_cast<double>(past.width) / out.width, "_X"),
+    call.options = fmt::format("{} {} -DSTRIP={}", scale_options(static_cast<double>(past.width) / out.width, "_X"),
                                scale_options(static_cast<double>(past.height) / out.height, "_Y"), choices.at("STRIP"));
+    add_images(call, {{"PAST", past}, {"OUT", out}});
+    add_tensor(call, "DEPTH", problem.inputs[1]);
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(out, choices);

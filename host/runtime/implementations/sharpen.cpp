@@ -8,9 +8,8 @@ namespace {
 Lowered lower(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "sharpen";
-    call.options =
-        fmt::format("{} -DAMOUNT={:.9e}f", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                    std::get<graph::Sharpen>(problem.node.op).amount);
+    call.options = fmt::format("-DAMOUNT={:.9e}f", std::get<graph::Sharpen>(problem.node.op).amount);
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = pixels(problem.output);
     call.local = group_size(choices);

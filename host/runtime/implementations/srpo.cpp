@@ -16,8 +16,8 @@ Lowered lower_mask(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "srpo";
     call.entry = "offset_mask";
-    call.options = fmt::format("{} -DOFFSET_MASK -DPIXELS={} -DROWS={}",
-                               image_options({{"OFFSETS", problem.inputs[0]}, {"OUT", problem.output}}), strip, rows);
+    call.options = fmt::format("-DOFFSET_MASK -DPIXELS={} -DROWS={}", strip, rows);
+    add_images(call, {{"OFFSETS", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
     call.global = strips(problem.output, strip, rows);
     call.local = group_size(choices);
@@ -28,13 +28,12 @@ Lowered lower_project(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "srpo";
     call.entry = "project";
-    call.options = fmt::format("{} -DSCALE={}",
-                               image_options({{"COLOR", problem.inputs[0]},
-                                              {"OFFSETS", problem.inputs[1]},
-                                              {"MASK", problem.inputs[2]},
-                                              {"INTERPOLATED", problem.inputs[3]},
-                                              {"OUT", problem.output}}),
-                               std::get<graph::Project>(problem.node.op).scale);
+    call.options = fmt::format("-DSCALE={}", std::get<graph::Project>(problem.node.op).scale);
+    add_images(call, {{"COLOR", problem.inputs[0]},
+                      {"OFFSETS", problem.inputs[1]},
+                      {"MASK", problem.inputs[2]},
+                      {"INTERPOLATED", problem.inputs[3]},
+                      {"OUT", problem.output}});
     for (int input = 0; input < 4; ++input) call.arguments.push_back({ArgumentKind::input, input});
     call.arguments.push_back({ArgumentKind::output});
     call.global = pixels(problem.output);

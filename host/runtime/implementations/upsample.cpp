@@ -11,8 +11,8 @@ Lowered lower(const Problem& problem, const Choices& choices) {
     call.file = "upsample";
     call.entry = "upsample_image";  // OpenCL has a function upsample
     call.options =
-        fmt::format("{} -DSCALE={} -DSTRIP={} {}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                    upsample.scale, choices.at("STRIP"), shift_options(upsample.shift));
+        fmt::format("-DSCALE={} -DSTRIP={} {}", upsample.scale, choices.at("STRIP"), shift_options(upsample.shift));
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);
@@ -22,9 +22,9 @@ Lowered lower(const Problem& problem, const Choices& choices) {
 Lowered lower_motion(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "upsample_motion";
-    call.options =
-        fmt::format("{} -DSCALE={} -DSTRIP={}", image_options({{"IN", problem.inputs[0]}, {"OUT", problem.output}}),
-                    std::get<graph::UpsampleMotion>(problem.node.op).scale, choices.at("STRIP"));
+    call.options = fmt::format("-DSCALE={} -DSTRIP={}", std::get<graph::UpsampleMotion>(problem.node.op).scale,
+                               choices.at("STRIP"));
+    add_images(call, {{"IN", problem.inputs[0]}, {"OUT", problem.output}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);

@@ -11,9 +11,9 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
     KernelCall call;
     call.file = "warp";
     call.entry = std::move(entry);
-    call.options =
-        fmt::format("{} {} -DPIXELS_A_VECTOR={} -DSTRIP={}", image_options({{"OUT", problem.output}, {"IMAGE", image}}),
-                    layout_options("MOTION", problem.inputs[1]), warp.motion_block, choices.at("STRIP"));
+    call.options = fmt::format("-DPIXELS_A_VECTOR={} -DSTRIP={}", warp.motion_block, choices.at("STRIP"));
+    add_images(call, {{"OUT", problem.output}, {"IMAGE", image}});
+    add_tensor(call, "MOTION", problem.inputs[1]);
     if (warp.border == graph::Border::zero) call.options += " -DBORDER_ZERO";
     if (image.samples > 1)
         call.options += fmt::format(" -DSAMPLES={} -DSAMPLE={}", image.samples,
@@ -21,8 +21,8 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string entry,
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     if (problem.inputs.size() > 2) {
-        call.options += fmt::format(" {} -DFALLBACK_SCALE={}", image_options({{"FALLBACK", problem.inputs[2]}}),
-                                    warp.fallback_scale);
+        call.options += fmt::format(" -DFALLBACK_SCALE={}", warp.fallback_scale);
+        add_images(call, {{"FALLBACK", problem.inputs[2]}});
         call.arguments.push_back({ArgumentKind::input, 2});
     }
     call.global = global;
