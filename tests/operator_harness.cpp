@@ -124,9 +124,11 @@ Planes run_in_bands(runtime::Problem problem, const runtime::Implementation& imp
         for (int first = 0; first < height; first += kRows) visit(first, std::min(first + kRows, height));
     };
     problem.output.ring = kRows;
+    problem.output.in_ring = true;
     for_each_band([&](int first, int end) {
         for (size_t i = 0; i < inputs.size(); ++i) {
             const Rows rows = read(static_cast<int>(i), first, end);
+            problem.inputs[i].in_ring = true;
             problem.inputs[i].ring = std::max(problem.inputs[i].ring, rows.end - rows.first);
         }
     });

@@ -20,6 +20,10 @@ constexpr size_t kLarge = size_t(384) << 20;
 constexpr size_t kLargeShare = 4;
 constexpr int kRows = 32;
 
+// Pixels of 4K. A model that would be run in bands at that size has its kernels compiled for rings at every size, so
+// that no smaller one compiles anything else.
+constexpr double kLargestOutput = 3840.0 * 2160;
+
 size_t large_on(const DeviceProfile& profile) {
     return profile.max_allocation == 0 ? kLarge : std::min(kLarge, profile.max_allocation / kLargeShare);
 }
@@ -84,6 +88,11 @@ class Planner {
     Planner(LayoutPlan& plan, Value first, Value last, int granule)
         : plan_(plan), graph_(plan.graph), first_(first), last_(last), granule_(granule), done_(graph_.nodes.size()) {
         find_inner_memories();
+    }
+
+    /// Has kernels compiled for rings of the rows of these images, whether there will be rings or not.
+    void expect_rings() {
+        for (TensorLayout& layout : plan_.layouts) layout.in_ring = layout.in_ring || inner_.contains(layout.memory);
     }
 
     /// Bytes of images that nobody else uses.
@@ -218,14 +227,18 @@ int band_granule(const DeviceProfile& profile) { return wants_many_work_items(pr
 std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile) {
     std::vector<BandedNodes> result;
     const Value end = static_cast<Value>(plan.graph.nodes.size());
+    const auto large = static_cast<double>(large_on(profile));
+    const graph::Shape& output = plan.graph.shape(plan.graph.output);
+    const double enlargement = std::max(1.0, kLargestOutput / (static_cast<double>(output.width) * output.height));
     const auto is_part = [&](Value value) { return !launches(plan.graph.nodes[value]) || works_in_bands(plan, value); };
     for (Value first = 0; first < end; ++first) {
         if (!launches(plan.graph.nodes[first]) || !works_in_bands(plan, first)) continue;
         Value last = first;
         while (last + 1 < end && is_part(last + 1)) ++last;
         Planner planner(plan, first, last, band_granule(profile));
-        if (rows > 0 || planner.inner_bytes() > large_on(profile))
-            result.push_back(planner.run(rows > 0 ? rows : kRows));
+        const auto inner = static_cast<double>(planner.inner_bytes());
+        if (rows > 0 || inner * enlargement > large) planner.expect_rings();
+        if (rows > 0 || inner > large) result.push_back(planner.run(rows > 0 ? rows : kRows));
         first = last;
     }
     return result;

@@ -11,13 +11,6 @@
 namespace clarus::runtime {
 namespace {
 
-/// All that a program depends on. The order of tensors is that of struct Sizes.
-std::string program_options(const KernelCall& call) {
-    std::string names;
-    for (const NamedTensor& tensor : call.tensors) names += (names.empty() ? " -DTENSORS=" : ",") + tensor.name;
-    return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
-}
-
 /// struct Sizes of kernels/common.clh: first_item, then the tensors.
 std::vector<std::byte> sizes_of(const KernelCall& call) {
     std::vector<std::byte> sizes(sizeof(cl_int) + call.tensors.size() * sizeof(TensorArgument));
@@ -44,6 +37,12 @@ cl::Kernel create_kernel(ocl::Context& context, const KernelCall& call, const st
 }
 
 }  // namespace
+
+std::string program_options(const KernelCall& call) {
+    std::string names;
+    for (const NamedTensor& tensor : call.tensors) names += (names.empty() ? " -DTENSORS=" : ",") + tensor.name;
+    return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
+}
 
 Launch::Launch(ocl::Context& context, KernelCall call)
     : call_(std::move(call)),

@@ -25,6 +25,9 @@ struct Bindings {
     cl::Buffer counter;
 };
 
+/// The compiler's options for a call: with its file or source, all that its program depends on.
+std::string program_options(const KernelCall& call);
+
 /// A kernel call made ready: its program built, its kernel created.
 class Launch {
   public:

@@ -266,16 +266,16 @@ void check_sizes(const LayoutPlan& plan) {
 
 TensorArgument argument_for(const TensorLayout& layout) {
     // Exact while a row's number times the ring is below 2^32, as the rows of any image that fits in memory are.
-    const std::uint64_t reciprocal = layout.ring > 1 ? (std::uint64_t{1} << 32) / layout.ring + 1 : 0;
-    return {layout.width,  layout.height, layout.row(),
-            layout.offset, layout.ring,   static_cast<std::uint32_t>(reciprocal)};
+    const int ring = layout.in_ring ? layout.rows() : 0;
+    const std::uint64_t reciprocal = ring > 1 ? (std::uint64_t{1} << 32) / ring + 1 : 0;
+    return {layout.width, layout.height, layout.row(), layout.offset, ring, static_cast<std::uint32_t>(reciprocal)};
 }
 
 std::string layout_options(const std::string& name, const TensorLayout& layout) {
     return fmt::format(
         "-D{0}_WIDTH=sizes->{0}.width -D{0}_HEIGHT=sizes->{0}.height -D{0}_ROW=sizes->{0}.row "
         "-D{0}_OFFSET=sizes->{0}.offset -D{0}_KEPT={4} -D{0}_CHANNELS={1} -D{0}_BLOCK={2} -D{0}_STRIDE={3}",
-        name, layout.channels, layout.block, layout.stride, layout.ring > 0 ? "RING_OF_ROWS" : "ALL_ROWS");
+        name, layout.channels, layout.block, layout.stride, layout.in_ring ? "RING_OF_ROWS" : "ALL_ROWS");
 }
 
 LayoutPlan lay_out(const graph::Graph& graph, Storage storage) {

@@ -27,6 +27,7 @@ struct TensorLayout {
     bool tiled = false;
     bool previous_samples = false;  // the samples are the frame before's
     int ring = 0;                   // where not all rows of cells are kept: how many, each in the place of row % ring
+    bool in_ring = false;           // kernels are compiled for a ring of rows, even where it holds all of them
 
     int row() const { return (width / samples + block - 1) / block * stride; }
     int rows() const { return ring > 0 ? ring : (height / samples + block - 1) / block; }

@@ -1,0 +1,127 @@
+// Sizes are arguments: what a kernel is told of its tensors, and that another size compiles nothing.
+
+#include <doctest/doctest.h>
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "api/build_graph.h"
+#include "clarus/model.h"
+#include "runtime/inputs.h"
+#include "runtime/launch.h"
+#include "runtime/plan.h"
+#include "runtime/tuner.h"
+#include "test_device.h"
+
+using namespace clarus;
+using runtime::TensorArgument;
+
+namespace {
+
+/// The programs of a model at a size, as a device of this class would run it.
+std::set<std::string> programs_of(const Model& model, Size render, const DeviceProfile& profile, int band_rows) {
+    UpscalerOptions options;
+    options.band_rows = band_rows;
+    const Size output = output_size(render, model.scale());
+    const auto plan = runtime::make_plan(
+        build_graph(model, render, output, options), options, profile,
+        [&](const runtime::Problem& problem) { return runtime::built_in_selection(problem, profile); });
+    std::set<std::string> programs;
+    const auto add = [&](const runtime::KernelCall& call) {
+        programs.insert(fmt::format("{} {}\n{}", call.file, runtime::program_options(call), call.source));
+    };
+    for (const runtime::PlannedStage& stage : plan->stages) add(stage.lowered.call);
+    add(runtime::ingest(plan->ingest));
+    add(runtime::present(plan->layout.layouts[plan->layout.graph.output], options));
+    return programs;
+}
+
+std::vector<std::filesystem::path> shipped_models() {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(CLARUS_MODEL_DIR))
+        if (entry.path().extension() == ".safetensors") files.push_back(entry.path());
+    return files;
+}
+
+std::vector<DeviceProfile> classes() {
+    DeviceProfile gpu, cpu;
+    gpu.device_class = DeviceClass::gpu;
+    cpu.device_class = DeviceClass::cpu;
+    cpu.float_vector_width = 16;
+    for (DeviceProfile* profile : {&gpu, &cpu}) {
+        profile->memory_alignment = 128;
+        profile->max_work_group_size = 256;
+        profile->local_memory = 512 << 10;
+        profile->half_storage = true;
+    }
+    return {gpu, cpu};
+}
+
+}  // namespace
+
+TEST_SUITE("small") {
+    TEST_CASE("the device lays out what a kernel is told as the host does") {
+        ocl::Context& context = test_device().context();
+        const cl::Program program = context.program_from_source("sizes", R"(
+            kernel __attribute__((reqd_work_group_size(1, 1, 1))) void read(Sizes given, global uint* out) {
+                TAKE(sizes);
+                out[0] = sizeof(Sizes);
+                out[1] = sizes->first_item;
+                out[2] = sizes->B.width;
+                out[3] = sizes->B.height;
+                out[4] = sizes->B.row;
+                out[5] = sizes->B.offset;
+                out[6] = sizes->B.ring;
+                out[7] = sizes->B.reciprocal;
+            })",
+                                                                "-DTENSORS=A,B");
+        struct {
+            cl_int first_item = 7;
+            TensorArgument a{1, 2, 3, 4, 5, 6}, b{10, 20, 30, 40, 50, 60};
+        } const sizes;
+        const std::vector<cl_uint> expected{sizeof sizes, 7, 10, 20, 30, 40, 50, 60};
+        std::vector<cl_uint> result(expected.size());
+        const size_t bytes = result.size() * sizeof(cl_uint);
+        const cl::Buffer out(context.context(), CL_MEM_WRITE_ONLY, bytes);
+        cl::Kernel kernel(program, "read");
+        kernel.setArg(0, sizeof sizes, &sizes);
+        kernel.setArg(1, out);
+        context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(1), cl::NDRange(1));
+        context.queue().enqueueReadBuffer(out, CL_TRUE, 0, bytes, result.data());
+        CHECK(result == expected);
+    }
+}
+
+TEST_CASE("a ring's rows are numbered by the remainder") {
+    for (int ring = 2; ring < 700; ++ring) {
+        runtime::TensorLayout layout;
+        layout.in_ring = true;
+        layout.ring = ring;
+        const TensorArgument argument = runtime::argument_for(layout);
+        for (std::uint32_t row = 0; row < (1 << 16); row += row < 2000 ? 1 : 97) {
+            const auto quotient = static_cast<std::uint32_t>((std::uint64_t{row} * argument.reciprocal) >> 32);
+            if (row - quotient * ring != row % ring) FAIL("row ", row, " of a ring of ", ring);
+        }
+    }
+}
+
+TEST_CASE("another size asks for no other programs, of any shipped model, whole or in bands") {
+    for (const std::filesystem::path& file : shipped_models()) {
+        const Model model = Model::load(file.string());
+        for (const DeviceProfile& profile : classes())
+            for (const int band_rows : {0, 16}) {
+                CAPTURE(file.filename().string());
+                CAPTURE(band_rows);
+                const std::set<std::string> programs = programs_of(model, {960, 540}, profile, band_rows);
+                for (const std::string& program : programs_of(model, {480, 272}, profile, band_rows)) {
+                    if (!programs.contains(program)) MESSAGE(program);
+                    CHECK(programs.contains(program));
+                }
+            }
+    }
+}
