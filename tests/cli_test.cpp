@@ -931,6 +931,23 @@ TEST_CASE("models lists a damaged file with what is wrong, and goes on") {
     CHECK(contains(list.out, "bicubic"));
 }
 
+TEST_CASE("a tool without its modules does what needs none, and names what it lacks") {
+    const Workplace place;
+    fs::create_directories(place / "bin");
+    fs::copy(CLARUS_TOOL, place / "bin" / "clarus");
+    const std::string sequence = place.sequence().string();
+    const auto run = [&](const std::vector<std::string>& arguments) {  // the copy in the tool's place
+        return run_tool_after("run() { shift; '" + (place / "bin" / "clarus").string() + "' \"$@\"; }; run", arguments);
+    };
+    CHECK(contains(run({"models"}).out, "bicubic"));
+    const Outcome render = run({"render", "--help"});
+    CHECK(render.exit_code == 1);
+    CHECK_MESSAGE(contains(render.err, "CLARUS_RENDERER"), render.err);
+    const Outcome upscale = run(
+        {"upscale", sequence, "--model", "bicubic", "--output", place.output().string(), "--device", test_selector()});
+    check_refused(place, upscale, "clarus_images.so");
+}
+
 TEST_CASE("wrong usage is told apart from failure") {
     CHECK(run_tool({}).exit_code == 2);
     CHECK(run_tool({"upscale"}).exit_code == 2);
