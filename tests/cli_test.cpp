@@ -181,6 +181,46 @@ TEST_CASE("upscale --format exr holds the same picture without rounding") {
     CHECK(largest <= 0.5f / 255 + 1e-5f);
 }
 
+TEST_CASE("upscale --png-compression changes files' sizes, never pixels") {
+    const Workplace place;
+    std::vector<std::vector<float>> values;
+    std::vector<uintmax_t> sizes;
+    for (const char* level : {"0", "1", "6", "9"}) {
+        REQUIRE(place.upscale(network, {"--png-compression", level, "--view", "alpha"}).exit_code == 0);
+        const fs::path file = place.output() / "0003.png";
+        values.push_back(io::read_image(file).values);
+        sizes.push_back(fs::file_size(file));
+        CHECK(values.back() == values.front());
+    }
+    CHECK(sizes[0] > sizes[1]);
+    CHECK(sizes[1] > sizes[2]);
+    REQUIRE(place.upscale(network).exit_code == 0);
+    CHECK(fs::file_size(place.output() / "0003.png") == sizes[1]);  // the default
+    CHECK(place.upscale(network, {"--png-compression", "10"}).exit_code == 2);
+}
+
+TEST_CASE("frames are the same however many are under way at once") {
+    const Workplace one_core, all_cores;
+    const auto repeat = [](const Workplace& place) {  // more frames than most machines have cores
+        json description = place.description();
+        const json frames = description["frames"];
+        for (int i = 1; i < 16; ++i)
+            for (const json& frame : frames) description["frames"].push_back(frame);
+        place.describe(description);
+    };
+    repeat(one_core);
+    repeat(all_cores);
+    const Outcome outcome =
+        run_tool_after("taskset -c 0", {"upscale", one_core.sequence().string(), "--model", network, "--output",
+                                        one_core.output().string(), "--device", test_selector()});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    REQUIRE(all_cores.upscale(network).exit_code == 0);
+    CHECK(all_cores.outputs() == one_core.outputs());
+    CHECK(all_cores.outputs().size() == 16 * frame_count);
+    for (const std::string& name : one_core.outputs())
+        CHECK_MESSAGE(io::read_file(one_core.output() / name) == io::read_file(all_cores.output() / name), name);
+}
+
 TEST_CASE("upscale --frames takes a part, which starts anew") {
     const Workplace place;
     REQUIRE(place.upscale(network, {"--frames", "2:"}).exit_code == 0);
@@ -325,12 +365,26 @@ TEST_CASE("upscale --trace writes spans of every stage and frame") {
 
     const json trace = json::parse(io::read_file(file));
     std::map<std::string, std::set<std::string>> frames_of;
+    std::map<int, std::string> tracks;
+    std::map<int, std::map<double, double>> ends;  // by track and start
     for (const json& event : trace["traceEvents"]) {
+        const int track = event["tid"];
+        if (event["ph"] == "M") tracks[track] = event["args"]["name"];
         if (event["ph"] != "X") continue;
         CHECK(event["dur"].get<double>() >= 0);
+        CHECK(contains(tracks[track], "writer") == (event["name"] == "write"));
+        ends[track][event["ts"]] = event["ts"].get<double>() + event["dur"].get<double>();
         frames_of[event["name"]].insert(event["args"]["frame"].get<std::string>());
     }
     CHECK(frames_of["write"].size() == frame_count);
+    for (const auto& [track, spans] : ends) {
+        if (!contains(tracks[track], "writer")) continue;
+        double last = 0;
+        for (const auto& [start, end] : spans) {  // viewers show a track's spans side by side, or one inside another
+            CHECK(start >= last);
+            last = end;
+        }
+    }
     size_t stages = 0;
     for (const auto& [name, frames] : frames_of) {
         CHECK_MESSAGE(frames.size() == frame_count, name);
@@ -431,11 +485,9 @@ TEST_CASE("an image that ends early ends the run at its frame") {
     CHECK_MESSAGE(contains(outcome.err, file), outcome.err);
     CHECK_FALSE(fs::exists(place / "report.json"));
     const std::set<std::string> outputs = place.outputs();
-    CHECK(outputs.contains("0000.png"));
-    for (const std::string& name : outputs) {  // what was finished before stays, and is as it would have been
-        CHECK_MESSAGE(name < "0002.png", name);
+    CHECK(outputs == std::set<std::string>{"0000.png", "0001.png"});
+    for (const std::string& name : outputs)
         CHECK(io::read_file(place.output() / name) == io::read_file(whole.output() / name));
-    }
 }
 
 TEST_CASE("compare prints the metrics of the files") {
@@ -879,6 +931,23 @@ TEST_CASE("models lists a damaged file with what is wrong, and goes on") {
     CHECK(contains(list.out, "bicubic"));
 }
 
+TEST_CASE("a tool without its modules does what needs none, and names what it lacks") {
+    const Workplace place;
+    fs::create_directories(place / "bin");
+    fs::copy(CLARUS_TOOL, place / "bin" / "clarus");
+    const std::string sequence = place.sequence().string();
+    const auto run = [&](const std::vector<std::string>& arguments) {  // the copy in the tool's place
+        return run_tool_after("run() { shift; '" + (place / "bin" / "clarus").string() + "' \"$@\"; }; run", arguments);
+    };
+    CHECK(contains(run({"models"}).out, "bicubic"));
+    const Outcome render = run({"render", "--help"});
+    CHECK(render.exit_code == 1);
+    CHECK_MESSAGE(contains(render.err, "CLARUS_RENDERER"), render.err);
+    const Outcome upscale = run(
+        {"upscale", sequence, "--model", "bicubic", "--output", place.output().string(), "--device", test_selector()});
+    check_refused(place, upscale, "clarus_images.so");
+}
+
 TEST_CASE("wrong usage is told apart from failure") {
     CHECK(run_tool({}).exit_code == 2);
     CHECK(run_tool({"upscale"}).exit_code == 2);
@@ -1081,6 +1150,15 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
     SUBCASE("the report's folder cannot be made") {
         check_refused(place, place.upscale("bicubic", {"--report", "/proc/clarus/report.json"}), "/proc/clarus");
         CHECK_FALSE(fs::exists(place.output()));  // made before, and gone again
+    }
+    SUBCASE("a folder has a frame's name") {  // found only when the frame is written
+        fs::create_directories(place.output() / "0002.png" / "in the way");
+        const Outcome outcome = place.upscale("bicubic");
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, "0002.png: Is a directory"), outcome.err);
+        std::set<std::string> outputs = place.outputs();
+        outputs.erase("0003.png");  // may have been under way
+        CHECK(outputs == std::set<std::string>{"0000.png", "0001.png"});
     }
     SUBCASE("files may not grow") {                        // stands for a disk that fills while a frame is written
         REQUIRE(place.upscale("bicubic").exit_code == 0);  // so that the kernels are there

@@ -1,7 +1,9 @@
 #include <doctest/doctest.h>
 
 #include <string>
+#include <vector>
 
+#include "report/base64.h"
 #include "report/page.h"
 
 using clarus::report::page;
@@ -36,4 +38,16 @@ TEST_CASE("the report is one file") {
 
 TEST_CASE("the report takes names that are not UTF-8") {
     CHECK(count(page({{"title", "a\xff"}}), "a\xEF\xBF\xBD") == 1);
+}
+
+TEST_CASE("base64 is RFC 4648's, for every remainder") {
+    const auto encoded = [](const std::string& text) {
+        return clarus::report::base64(std::vector<unsigned char>(text.begin(), text.end()));
+    };
+    CHECK(encoded("") == "");
+    CHECK(encoded("f") == "Zg==");
+    CHECK(encoded("fo") == "Zm8=");
+    CHECK(encoded("foo") == "Zm9v");
+    CHECK(encoded("foob") == "Zm9vYg==");
+    CHECK(encoded("\xff\xff\xfe") == "///+");
 }

@@ -1,7 +1,5 @@
 #include "cli/contact_sheet.h"
 
-#include <OpenImageIO/imagebufalgo.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,6 +8,7 @@
 #include "base/error.h"
 #include "base/rounding.h"
 #include "io/image.h"
+#include "io/image_module.h"
 
 namespace clarus::cli {
 namespace {
@@ -18,11 +17,9 @@ constexpr int label_height = 36;
 constexpr int font_size = 20;
 constexpr int gap = 4;
 constexpr int largest_side = 1 << 16;  // of a sheet or an image
-constexpr const char* font = "DejaVuSans";
-constexpr std::array<float, 3> white{1, 1, 1};
 constexpr std::array<float, 3> frame_color{1, 0.8f, 0};
 
-OIIO::ROI parse_crop(const std::string& text) {
+Area parse_crop(const std::string& text) {
     std::array<int, 4> numbers{};
     const char* position = text.data();
     const char* const end = position + text.size();
@@ -35,72 +32,74 @@ OIIO::ROI parse_crop(const std::string& text) {
         position = next + 1;
     }
     const auto [x, y, width, height] = numbers;
-    return {x, x + width, y, y + height};
+    return {x, y, width, height};
 }
 
-void require(bool success, const OIIO::ImageBuf& image) {
-    if (!success) fail(ErrorKind::file, "cannot draw the sheet: {}", image.geterror());
+io::Pixels black(Size size) { return {size, 3, std::vector<float>(static_cast<size_t>(size.width) * size.height * 3)}; }
+
+/// Copies the image's first three channels to where its upper left corner is to be.
+void paste(io::Pixels& sheet, int x, int y, const io::Pixels& image) {
+    for (int row = 0; row < image.size.height; ++row)
+        for (int column = 0; column < image.size.width; ++column)
+            for (int c = 0; c < 3; ++c) sheet.at(x + column, y + row, c) = image.at(column, row, c);
 }
 
-// Wraps the pixels, which must outlive it.
-OIIO::ImageBuf wrap(io::Pixels& pixels) {
-    return {OIIO::ImageSpec(pixels.size.width, pixels.size.height, pixels.channels, OIIO::TypeDesc::FLOAT),
-            pixels.values.data()};
+io::Pixels cut(const io::Pixels& image, const Area& area) {
+    io::Pixels part = black({area.width, area.height});
+    for (int row = 0; row < area.height; ++row)
+        for (int column = 0; column < area.width; ++column)
+            for (int c = 0; c < 3; ++c) part.at(column, row, c) = image.at(area.x + column, area.y + row, c);
+    return part;
 }
 
-OIIO::ImageBuf resized(const OIIO::ImageBuf& image, int width, int height, const char* filter) {
-    OIIO::ImageBuf result;
-    require(OIIO::ImageBufAlgo::resize(result, image, filter, 0, OIIO::ROI(0, width, 0, height)), result);
-    return result;
+/// A frame one pixel wide, around the area's outermost pixels.
+void draw_frame(io::Pixels& image, const Area& area) {
+    const auto draw = [&](int x, int y) {
+        for (int c = 0; c < 3; ++c) image.at(x, y, c) = frame_color[c];
+    };
+    const int right = area.x + area.width - 1, bottom = area.y + area.height - 1;
+    for (int x = area.x; x <= right; ++x) draw(x, area.y), draw(x, bottom);
+    for (int y = area.y; y <= bottom; ++y) draw(area.x, y), draw(right, y);
 }
 
-int scaled_height(const OIIO::ROI& area, int width) {
-    const int64_t height = (int64_t{area.height()} * width + area.width() / 2) / area.width();
+int scaled_height(Size size, int width) {
+    const int64_t height = (int64_t{size.height} * width + size.width / 2) / size.width;
     return static_cast<int>(std::clamp<int64_t>(height, 1, largest_side));
 }
 
 int64_t column_height(const ContactSheet& options, Size size, int width) {
-    int64_t height = label_height + scaled_height({0, size.width, 0, size.height}, width);
-    for (const OIIO::ROI& crop : options.crops) height += gap + scaled_height(crop, width);
+    int64_t height = label_height + scaled_height(size, width);
+    for (const Area& crop : options.crops) height += gap + scaled_height({crop.width, crop.height}, width);
     return height;
 }
 
 // From top to bottom: the label, the whole picture with its crops framed, the crops enlarged to the column's width.
-OIIO::ImageBuf draw_column(const SheetColumn& column, const Reference& reference, const ContactSheet& options,
-                           Size& size) {
-    io::Pixels pixels = read_display(column.file, reference);
-    if (pixels.channels < 3) fail(ErrorKind::file, "{} has no colour", column.file.string());
-    if (size == Size{}) size = pixels.size;
-    if (pixels.size != size)
+io::Pixels draw_column(const SheetColumn& column, const Reference& reference, const ContactSheet& options, Size& size) {
+    const io::Pixels picture = read_display(column.file, reference);
+    if (picture.channels < 3) fail(ErrorKind::file, "{} has no colour", column.file.string());
+    if (size == Size{}) size = picture.size;
+    if (picture.size != size)
         fail(ErrorKind::file, "{} is {}x{} pixels, the first column's image {}x{}", column.file.string(),
-             pixels.size.width, pixels.size.height, size.width, size.height);
+             picture.size.width, picture.size.height, size.width, size.height);
 
-    const OIIO::ImageBuf picture = wrap(pixels);
-    const OIIO::ROI whole(0, size.width, 0, size.height);
-    const int width = options.column_width > 0 ? options.column_width : size.width;
-    const int height = static_cast<int>(column_height(options, size, width));
+    const io::ImageModule& images = io::image_module();
+    const auto widened = [&](const io::Pixels& image, io::ImageModule::Filter filter) {
+        const int width = options.column_width > 0 ? options.column_width : size.width;
+        return images.resize(image, {width, scaled_height(image.size, width)}, filter);
+    };
+    io::Pixels framed = cut(picture, {0, 0, size.width, size.height});
+    for (const Area& crop : options.crops) draw_frame(framed, crop);
+    const io::Pixels top = widened(framed, io::ImageModule::Filter::best);
 
-    OIIO::ImageBuf sheet(OIIO::ImageSpec(width, height, 3, OIIO::TypeDesc::FLOAT));
-    require(OIIO::ImageBufAlgo::zero(sheet), sheet);
-    if (!OIIO::ImageBufAlgo::render_text(sheet, gap, label_height - gap * 3, column.label, font_size, font, white))
-        fail(ErrorKind::file, "cannot write the labels, is the font DejaVu Sans (fonts-dejavu-core) there? {}",
-             sheet.geterror());
-
-    OIIO::ImageBuf framed(picture.spec());
-    require(OIIO::ImageBufAlgo::copy(framed, picture), framed);
-    for (const OIIO::ROI& crop : options.crops)
-        require(
-            OIIO::ImageBufAlgo::render_box(framed, crop.xbegin, crop.ybegin, crop.xend - 1, crop.yend - 1, frame_color),
-            framed);
-    const OIIO::ImageBuf top = resized(framed, width, scaled_height(whole, width), "");
-    require(OIIO::ImageBufAlgo::paste(sheet, 0, label_height, 0, 0, top), sheet);
-
-    int y = label_height + top.spec().height;
-    for (const OIIO::ROI& crop : options.crops) {
-        const OIIO::ImageBuf enlarged =
-            resized(OIIO::ImageBufAlgo::cut(picture, crop), width, scaled_height(crop, width), "box");
-        require(OIIO::ImageBufAlgo::paste(sheet, 0, y + gap, 0, 0, enlarged), sheet);
-        y += gap + enlarged.spec().height;
+    const int width = top.size.width;
+    io::Pixels sheet = black({width, static_cast<int>(column_height(options, size, width))});
+    images.write_text(sheet, gap, label_height - gap * 3, column.label, font_size);
+    paste(sheet, 0, label_height, top);
+    int y = label_height + top.size.height;
+    for (const Area& crop : options.crops) {
+        const io::Pixels enlarged = widened(cut(picture, crop), io::ImageModule::Filter::box);
+        paste(sheet, 0, y + gap, enlarged);
+        y += gap + enlarged.size.height;
     }
     return sheet;
 }
@@ -134,10 +133,10 @@ void ContactSheet::add_to(CLI::App& command) {
 void ContactSheet::check(const Reference& reference) const {
     if (file.empty()) return;
     const Size size = io::read_image(reference.file).size;
-    for (const OIIO::ROI& crop : crops)
-        if (crop.xend > size.width || crop.yend > size.height)
-            fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.xbegin,
-                 crop.ybegin, crop.width(), crop.height(), size.width, size.height);
+    for (const Area& crop : crops)
+        if (crop.x + crop.width > size.width || crop.y + crop.height > size.height)
+            fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.x, crop.y,
+                 crop.width, crop.height, size.width, size.height);
     const int64_t height = column_height(*this, size, column_width > 0 ? column_width : size.width);
     if (height > largest_side)
         fail(ErrorKind::invalid_argument, "--sheet: {} pixels high are too many; take wider crops or --column-width",
@@ -146,23 +145,14 @@ void ContactSheet::check(const Reference& reference) const {
 
 void ContactSheet::draw(std::span<const SheetColumn> images, const Reference& reference) const {
     Size size;
-    std::vector<OIIO::ImageBuf> drawn;
+    std::vector<io::Pixels> drawn;
     for (const SheetColumn& image : images) drawn.push_back(draw_column(image, reference, *this, size));
 
-    const int width = drawn.front().spec().width, height = drawn.front().spec().height;
+    const auto [width, height] = drawn.front().size;
     const int count = static_cast<int>(drawn.size()), in_row = columns > 0 ? std::min(columns, count) : count;
-    OIIO::ImageBuf sheet(OIIO::ImageSpec(in_row * (width + gap) - gap,
-                                         ceil_divide(count, in_row) * (height + gap) - gap, 3, OIIO::TypeDesc::FLOAT));
-    require(OIIO::ImageBufAlgo::zero(sheet), sheet);
-    for (int i = 0; i < count; ++i)
-        require(
-            OIIO::ImageBufAlgo::paste(sheet, i % in_row * (width + gap), i / in_row * (height + gap), 0, 0, drawn[i]),
-            sheet);
-
-    io::Pixels pixels{{sheet.spec().width, sheet.spec().height}, 3, {}};
-    pixels.values.resize(sheet.spec().image_pixels() * 3);
-    require(sheet.get_pixels(sheet.roi(), OIIO::TypeDesc::FLOAT, pixels.values.data()), sheet);
-    io::write_image(file, pixels, io::SampleType::u8);
+    io::Pixels sheet = black({in_row * (width + gap) - gap, ceil_divide(count, in_row) * (height + gap) - gap});
+    for (int i = 0; i < count; ++i) paste(sheet, i % in_row * (width + gap), i / in_row * (height + gap), drawn[i]);
+    io::write_image(file, sheet, io::SampleType::u8);
 }
 
 }  // namespace clarus::cli

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <OpenImageIO/imageio.h>
-
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <span>
@@ -17,11 +15,15 @@ struct SheetColumn {
     std::filesystem::path file;
 };
 
+struct Area {
+    int x = 0, y = 0, width = 0, height = 0;  // pixels
+};
+
 /// One frame's images side by side, in as many rows as it takes, each with a label above and enlarged parts below.
 struct ContactSheet {
     std::filesystem::path file;  // empty where none is wanted
     std::string frame;
-    std::vector<OIIO::ROI> crops;
+    std::vector<Area> crops;
     int column_width = 0;  // the images' where it is 0
     int columns = 0;       // in a row; all of them where it is 0
 

@@ -1,10 +1,12 @@
 #include "cli/frame_loop.h"
 
-#include <array>
+#include <algorithm>
 #include <exception>
 #include <future>
 #include <map>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "cli/progress.h"
 #include "cli/view_picture.h"
@@ -35,6 +37,17 @@ struct Slot {
     std::future<void> written;
 };
 
+/// One frame is on the device and one with each core that encodes, as far as memory goes.
+size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
+    constexpr size_t memory = size_t{1} << 30;
+    const auto image = [](Size size, size_t channels) { return sizeof(float) * channels * size.width * size.height; };
+    // Input is there twice: of as many frames to come.
+    const size_t input = image(upscaler.render_size(), 6) + image(upscaler.output_size(), output.measure ? 3 : 0);
+    const size_t results = image(upscaler.output_size(), 3) * (1 + output.interpolated + output.views.size());
+    const size_t cores = std::max(1u, std::thread::hardware_concurrency());
+    return std::clamp<size_t>(memory / (2 * input + results), 2, cores + 1);
+}
+
 Image image(io::Pixels& pixels) {
     return pixels.values.empty() ? Image{} : Image{.host = pixels.values.data(), .size = pixels.size};
 }
@@ -49,28 +62,37 @@ class FrameLoop {
           output_(output),
           trace_(trace),
           reader_(sequence, 0, sequence.frames.size(),
-                  interpolator || upscaler.needs_depth() || upscaler.needs_motion(), output.measure),
-          results_(sequence.frames.size()) {}
+                  interpolator || upscaler.needs_depth() || upscaler.needs_motion(), output.measure,
+                  frames_under_way(upscaler, output)),
+          results_(sequence.frames.size()),
+          slots_(frames_under_way(upscaler, output)) {}
 
     std::vector<FrameResult> run() {
         Progress progress("upscaling");
         const size_t count = sequence_.frames.size();
         for (size_t i = 0; i < count; ++i) {
-            Slot& slot = slots_[i % slots_.size()];
+            Slot& slot = slot_of(i);
             if (slot.written.valid()) slot.written.get();
-            read(slot, i);
+            try {
+                read(slot, i);
+            } catch (...) {
+                if (i > 0) finish(slot_of(i - 1));
+                throw;
+            }
             if (i == 0) trace_.device_starts();
             submit(slot);
-            if (i > 0) finish(slots_[(i - 1) % slots_.size()]);
+            if (i > 0) finish(slot_of(i - 1));
             progress.update(i, count);
         }
-        finish(slots_[(count - 1) % slots_.size()]);
-        for (Slot& slot : slots_)
-            if (slot.written.valid()) slot.written.get();
+        finish(slot_of(count - 1));
+        for (size_t i = count; i < count + slots_.size(); ++i)  // from the oldest on
+            if (slot_of(i).written.valid()) slot_of(i).written.get();
         return std::move(results_);
     }
 
   private:
+    Slot& slot_of(size_t frame) { return slots_[frame % slots_.size()]; }
+
     void read(Slot& slot, size_t index) {
         slot.files = &sequence_.frames[index];
         slot.result = &results_[index];
@@ -79,9 +101,14 @@ class FrameLoop {
 
         const Trace::Span span(trace_, Trace::Track::main, "wait for input", slot.files->name);
         slot.input = std::move(reader_.next()->pixels);
-        const Size size = upscaler_.output_size();
-        slot.output = {size, 3, std::vector<float>(static_cast<size_t>(size.width) * size.height * 3)};
-        if (interpolator_) slot.before = slot.output;
+        allocate(slot.output);
+        if (interpolator_) allocate(slot.before);
+    }
+
+    void allocate(io::Pixels& result) const {
+        result.size = upscaler_.output_size();
+        result.channels = 3;
+        result.values.resize(static_cast<size_t>(result.size.width) * result.size.height * result.channels);
     }
 
     static FrameDescription description(Slot& slot) {
@@ -115,7 +142,8 @@ class FrameLoop {
         slot.result->invalid_motion_vectors = slot.event->invalid_motion_vectors();
         slot.event.reset();
         if (interpolator_) interpolate(slot);
-        slot.written = std::async(std::launch::async, [this, &slot] { write(slot); });
+        const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
+        slot.written = std::async(std::launch::async, [this, &slot, track] { write(slot, track); });
     }
 
     void interpolate(Slot& slot) {
@@ -126,8 +154,8 @@ class FrameLoop {
         interpolator_->submit(frame).wait();
     }
 
-    void write(Slot& slot) {
-        const Trace::Span span(trace_, Trace::Track::writer, "write", slot.files->name);
+    void write(Slot& slot, Trace::Track track) {
+        const Trace::Span span(trace_, track, "write", slot.files->name);
         if (!slot.input.reference.values.empty()) {
             const auto display = [&](const io::Pixels& pixels) {
                 return metrics::display_values(pixels, sequence_.color_space, slot.files->exposure);
@@ -135,11 +163,14 @@ class FrameLoop {
             slot.result->quality = metrics::measure(display(slot.output), display(slot.input.reference));
         }
         const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
-        io::write_image(slot.result->file, slot.output, type);
+        const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
+            io::write_image(file, pixels, samples, output_.png_compression);
+        };
+        save(slot.result->file, slot.output, type);
         if (interpolator_ && slot.files != &sequence_.frames.front())
-            io::write_image(output_.file_before(slot.files->name), slot.before, type);
+            save(output_.file_before(slot.files->name), slot.before, type);
         for (const auto& [name, picture] : slot.views)
-            io::write_image(output_.view_file(name, slot.files->name), picture, io::SampleType::u8);
+            save(output_.view_file(name, slot.files->name), picture, io::SampleType::u8);
     }
 
     const io::Sequence& sequence_;
@@ -150,7 +181,7 @@ class FrameLoop {
     io::FrameReader reader_;
     std::vector<FrameResult> results_;
     // Last: its writers use what is above.
-    std::array<Slot, 2> slots_;
+    std::vector<Slot> slots_;
 };
 
 }  // namespace

@@ -21,6 +21,7 @@ struct FrameOutput {
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
     bool measure = true;             // compare with references where the sequence has them
     bool interpolated = false;       // with pictures in between
+    int png_compression = 1;         // zlib's level, 0 to 9
 
     std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }
@@ -37,9 +38,11 @@ struct FrameResult {
     std::optional<metrics::FrameQuality> quality;
 };
 
-/// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, while the
-/// device works on one. Existing files of the same name are replaced. Where there is an `interpolator`, it makes a
-/// picture before each frame but the first.
+/// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, on all cores
+/// while the device works on one; as many frames are under way as there are cores, but no more than a GiB holds.
+/// Existing files of the same name are replaced. Where there is an `interpolator`, it makes a picture before each frame
+/// but the first. Errors: the first one in the order of frames; where a frame cannot be read, those before it are
+/// written.
 std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator,
                                         const FrameOutput& output, Trace& trace);
 

@@ -1,15 +1,14 @@
 #include "cli/report_pictures.h"
 
-#include <OpenImageIO/strutil.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 #include "io/image.h"
 #include "metrics/blocks.h"
 #include "metrics/psnr.h"
+#include "report/base64.h"
 
 namespace clarus::cli {
 namespace {
@@ -29,9 +28,8 @@ std::vector<size_t> evenly_spaced(size_t count, size_t most) {
 /// An image as it stands in the page; `name` tells its format.
 std::string data_url(const std::filesystem::path& name, const io::Pixels& pixels) {
     const std::vector<unsigned char> file = io::encode_image(name, pixels, io::SampleType::u8);
-    const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
     const char* type = name.extension() == ".png" ? "png" : "jpeg";
-    return fmt::format("data:image/{};base64,{}", type, std::string(OIIO::Strutil::base64_encode(bytes)));
+    return fmt::format("data:image/{};base64,{}", type, report::base64(file));
 }
 
 }  // namespace

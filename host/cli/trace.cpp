@@ -1,7 +1,10 @@
 #include "cli/trace.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -30,8 +33,12 @@ void Trace::add_device_spans(std::span<const StageProfile> stages, std::span<con
 void Trace::write(const std::filesystem::path& path) const {
     constexpr double microseconds = 1e6;
     nlohmann::json events = nlohmann::json::array();
-    for (const auto& [track, name] :
-         {std::pair{Track::main, "main"}, {Track::writer, "writer"}, {Track::device, "device"}})
+    std::map<Track, std::string> names{{Track::main, "main"}, {Track::device, "device"}};
+    for (const Event& event : events_)
+        if (event.track >= Track::first_writer)
+            names[event.track] =
+                fmt::format("writer {}", static_cast<int>(event.track) - static_cast<int>(Track::first_writer) + 1);
+    for (const auto& [track, name] : names)
         events.push_back(
             {{"name", "thread_name"}, {"ph", "M"}, {"pid", 1}, {"tid", track}, {"args", {{"name", name}}}});
     for (const Event& event : events_)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <filesystem>
 #include <mutex>
 #include <span>
@@ -14,7 +15,10 @@ namespace clarus::cli {
 /// Who did what when, for the Chrome trace viewer (chrome://tracing, ui.perfetto.dev). Thread-safe.
 class Trace {
   public:
-    enum class Track { main = 1, writer, device };
+    enum class Track { main = 1, device, first_writer };
+
+    /// Each frame that is written while others are has a track of its own, from 0.
+    static Track writer(size_t index) { return Track{static_cast<int>(Track::first_writer) + static_cast<int>(index)}; }
 
     /// Adds itself to the trace at the end of its life. `trace` must outlive it.
     class Span {

@@ -41,6 +41,7 @@ struct UpscaleOptions {
     Precision precision = Precision::fp32;
     Tuning tuning = Tuning::stored;
     std::optional<Format> format;
+    int png_compression = 1;
     Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
     float sharpen = 0;
     std::optional<int> previous_frames;
@@ -159,8 +160,12 @@ void upscale(const UpscaleOptions& options) {
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
-    const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
-                             model.scale() == sequence.scale, interpolator.has_value()};
+    const FrameOutput output{options.output,
+                             format == Format::exr ? ".exr" : ".png",
+                             options.views,
+                             model.scale() == sequence.scale,
+                             interpolator.has_value(),
+                             options.png_compression};
     keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
@@ -246,6 +251,13 @@ void add_upscale_command(CLI::App& app) {
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
+    command
+        .add_option(
+            "--png-compression", options->png_compression,
+            "Of PNG files, from 0, none, to 9; 6 takes four times as long as 1, for files about a tenth smaller")
+        ->type_name("LEVEL")
+        ->check(CLI::Range(0, 9))
+        ->capture_default_str();
     add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->antialias, {{"mlaa", Antialiasing::mlaa}},
                                            "Antialias what the model shows, morphologically");
     add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->antialias_input,

@@ -1,143 +1,31 @@
 #include "io/image.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <memory>
 #include <span>
 
-#include "base/error.h"
+#include "base/module.h"
 #include "io/file.h"
+#include "io/image_module.h"
 
 namespace clarus::io {
-namespace {
 
-// A damaged header may claim any size; beyond this no frame goes.
-constexpr int64_t largest_pixel_count = int64_t{1} << 28;
-
-// OpenImageIO joins several messages by line breaks.
-std::string one_line(std::string message) {
-    std::replace(message.begin(), message.end(), '\n', ' ');
-    return message.empty() ? "the file is damaged" : message;
+const ImageModule& image_module() {
+    static const ImageModule& module = module_function<const ImageModule&()>("clarus_images", "clarus_images")();
+    return module;
 }
 
-std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
-    require_file(path);
-    OIIO::ImageSpec request;
-    request.attribute("oiio:UnassociatedAlpha", 1);
-    auto input = OIIO::ImageInput::open(path.string(), &request);
-    if (!input) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(OIIO::geterror()));
-
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
-        fail(ErrorKind::file, "cannot read image {}: not a flat two-dimensional image", path.string());
-    if (int64_t{spec.width} * spec.height > largest_pixel_count || spec.nchannels > 64)
-        fail(ErrorKind::file, "cannot read image {}: {}x{} pixels with {} channels are too many", path.string(),
-             spec.width, spec.height, spec.nchannels);
-    return input;
-}
-
-template <typename T>
-std::vector<std::byte> quantised(std::span<const float> values) {
-    constexpr float top = std::numeric_limits<T>::max();
-    std::vector<std::byte> bytes(values.size() * sizeof(T));
-    T* out = reinterpret_cast<T*>(bytes.data());
-    for (const float value : values) {
-        const float positive = value > 0 ? value : 0;  // NaN too becomes 0
-        *out++ = static_cast<T>(std::min(positive, 1.0f) * top + 0.5f);
-    }
-    return bytes;
-}
-
-OIIO::TypeDesc file_type(SampleType type) {
-    switch (type) {
-        case SampleType::u8:
-            return OIIO::TypeDesc::UINT8;
-        case SampleType::u16:
-            return OIIO::TypeDesc::UINT16;
-        case SampleType::f16:
-            return OIIO::TypeDesc::HALF;
-        case SampleType::f32:
-            return OIIO::TypeDesc::FLOAT;
-    }
-    fail(ErrorKind::invalid_argument, "no such sample type: {}", static_cast<int>(type));
-}
-
-}  // namespace
-
-ImageHeader read_image_header(const std::filesystem::path& path) {
-    const OIIO::ImageSpec spec = open(path)->spec();
-    return {{spec.width, spec.height}, spec.nchannels};
-}
+ImageHeader read_image_header(const std::filesystem::path& path) { return image_module().read_header(path); }
 
 Pixels read_image(const std::filesystem::path& path, int most_channels) {
-    const auto input = open(path);
-    const OIIO::ImageSpec& spec = input->spec();
-    Pixels pixels{{spec.width, spec.height}, std::min(spec.nchannels, most_channels), {}};
-    pixels.values.resize(spec.image_pixels() * pixels.channels);
-    if (!input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data()))
-        fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
-    return pixels;
+    return image_module().read(path, most_channels);
 }
 
-std::vector<unsigned char> encode_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type) {
-    const size_t expected = static_cast<size_t>(std::max(pixels.size.width, 0)) * std::max(pixels.size.height, 0) *
-                            std::max(pixels.channels, 0);
-    if (expected == 0 || pixels.values.size() != expected)
-        fail(ErrorKind::invalid_argument, "cannot write {}: {} values are no {}x{} image with {} channels",
-             path.string(), pixels.values.size(), pixels.size.width, pixels.size.height, pixels.channels);
-
-    // Encoded in memory: whether the disk took every byte is then ours to check, whatever the format. Declared before
-    // the output, which may still write when it is destroyed.
-    std::vector<unsigned char> encoded;
-    OIIO::Filesystem::IOVecOutput memory(encoded);
-    const auto output = OIIO::ImageOutput::create(path.filename().string());
-    if (!output) fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(OIIO::geterror()));
-    if (!output->supports("ioproxy"))
-        fail(ErrorKind::file, "cannot write {}: {} files can only be read; use png or exr", path.string(),
-             output->format_name());
-
-    OIIO::ImageSpec spec(pixels.size.width, pixels.size.height, pixels.channels, file_type(type));
-    spec.attribute("oiio:UnassociatedAlpha", 1);
-    if (path.extension() == ".exr") {
-        spec.attribute("compression", "zip");
-        // Else it is the time of writing, and the same picture gives other bytes.
-        spec.attribute("DateTime", "1970:01:01 00:00:00");
-        // By default OpenImageIO takes the second of two for alpha; a motion image has none.
-        if (pixels.channels == 2) spec.channelnames = {"R", "G"}, spec.alpha_channel = -1;
-    }
-
-    if (output->format_name() == std::string_view("jpeg")) {
-        spec.attribute("Compression", "jpeg:95");
-        spec.attribute("jpeg:subsampling", "4:4:4");
-    }
-
-    output->set_ioproxy(&memory);
-    if (!output->open(path.filename().string(), spec))
-        fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
-    if (output->spec().format != spec.format)
-        fail(ErrorKind::file, "cannot write {}: a {} file cannot hold {} samples", path.string(), output->format_name(),
-             spec.format.c_str());
-
-    bool written = false;
-    if (type == SampleType::u8) {
-        written = output->write_image(spec.format, quantised<uint8_t>(pixels.values).data());
-    } else if (type == SampleType::u16) {
-        written = output->write_image(spec.format, quantised<uint16_t>(pixels.values).data());
-    } else {
-        written = output->write_image(OIIO::TypeDesc::FLOAT, pixels.values.data());
-    }
-    if (!written || !output->close())
-        fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
-
-    return encoded;
+std::vector<unsigned char> encode_image(const std::filesystem::path& name, const Pixels& pixels, SampleType type,
+                                        int png_compression) {
+    return image_module().encode(name, pixels, type, png_compression);
 }
 
-void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type) {
-    const std::vector<unsigned char> encoded = encode_image(path, pixels, type);
+void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type, int png_compression) {
+    const std::vector<unsigned char> encoded = encode_image(path, pixels, type, png_compression);
     write_file_atomically(path, std::as_bytes(std::span(encoded)));
 }
 
