@@ -83,7 +83,8 @@ Ingested run_ingest(const runtime::IngestProblem& problem, const runtime::FrameC
     bindings.counter = cl::Buffer(context.context(), CL_MEM_READ_WRITE, sizeof(cl_uint));
     context.queue().enqueueWriteBuffer(bindings.counter, CL_TRUE, 0, sizeof(cl_uint), &result.invalid);
 
-    runtime::Launch launch(context, runtime::ingest(problem));
+    const runtime::KernelCall call = runtime::ingest(problem);
+    runtime::Launch launch(runtime::Kernels(context, {&call}), call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
     Planes* images[] = {&result.color,    &result.depth,    &result.motion,

@@ -84,7 +84,8 @@ cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered
     const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
     const runtime::PackLaunch::Source source{weights, set * parameters.weights_per_set(), biases,
                                              static_cast<size_t>(set) * parameters.out_channels};
-    runtime::PackLaunch(context, lowered).enqueue(context.queue(), source, packed, 0);
+    runtime::PackLaunch(runtime::Kernels(context, {&lowered.call}), lowered)
+        .enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;
 }
@@ -136,7 +137,7 @@ Planes run_in_bands(runtime::Problem problem, const runtime::Implementation& imp
     const Device device = test_device();
     ocl::Context& context = device.context();
     const runtime::Lowered lowered = implementation.lower(problem, choices);
-    runtime::Launch launch(context, lowered.call);
+    runtime::Launch launch(runtime::Kernels(context, {&lowered.call}), lowered.call);
     runtime::Bindings bindings;
     bindings.inputs.resize(inputs.size());
     bindings.frame = frame;
@@ -235,7 +236,7 @@ Planes run_operator(const runtime::Problem& problem, const runtime::Implementati
     bindings.frame = frame;
     if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, parameter_set);
 
-    runtime::Launch launch(context, lowered.call);
+    runtime::Launch launch(runtime::Kernels(context, {&lowered.call}), lowered.call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
     return download(context, problem.output, bindings.output);

@@ -34,7 +34,8 @@ Planes run_present(const Planes& output, const runtime::TensorLayout& layout, co
     bindings.target = cl::Buffer(context.context(), CL_MEM_READ_WRITE, bytes.size());
     bindings.target_offset = {{skipped, pitch}};
     context.queue().enqueueWriteBuffer(bindings.target, CL_TRUE, 0, bytes.size(), bytes.data());
-    runtime::Launch launch(context, runtime::present(layout, options));
+    const runtime::KernelCall call = runtime::present(layout, options);
+    runtime::Launch launch(runtime::Kernels(context, {&call}), call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
     context.queue().enqueueReadBuffer(bindings.target, CL_TRUE, 0, bytes.size(), bytes.data());

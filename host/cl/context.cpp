@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <set>
 
 #include "base/log.h"
 #include "cl/error.h"
-#include "cl/kernel_source.h"
 #include "cl/platforms.h"
 #include "cl/profile.h"
 
@@ -26,6 +27,14 @@ std::vector<unsigned char> binary_for(const cl::Program& program, const cl::Devi
     for (size_t i = 0; i < std::min(binaries.size(), devices.size()); ++i)
         if (devices[i]() == device()) return binaries[i];
     return {};
+}
+
+/// "warp.cl with the options '…'", or of several the files.
+std::string describe(std::span<const ProgramUnit> units) {
+    if (units.size() == 1) return fmt::format("{} with the options '{}'", units[0].name, units[0].options);
+    std::set<std::string_view> names;
+    for (const ProgramUnit& unit : units) names.insert(unit.name);
+    return fmt::format("a program of {}", fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -56,14 +65,19 @@ Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue,
     });
 }
 
-cl::Program Context::program(std::string_view file, const std::string& options) {
+cl::Program Context::program(std::string_view file, std::string_view options) {
     const std::string name = fmt::format("{}.cl", file);
     return program_from_source(name, kernel_file(name), options);
 }
 
-cl::Program Context::program_from_source(std::string_view name, std::string_view source, const std::string& options) {
-    const std::string text = with_common(name, source);
-    const CacheKey key = cache_key({text, options, identity_});
+cl::Program Context::program_from_source(std::string_view name, std::string_view source, std::string_view options) {
+    const ProgramUnit unit{name, source, options};
+    return program({&unit, 1});
+}
+
+cl::Program Context::program(std::span<const ProgramUnit> units) {
+    const std::string text = program_text(units);
+    const CacheKey key = cache_key({text, identity_});
 
     std::promise<cl::Program> promise;
     std::shared_future<cl::Program> program;
@@ -77,7 +91,7 @@ cl::Program Context::program_from_source(std::string_view name, std::string_view
     }
     if (is_first) {
         try {
-            promise.set_value(load_or_compile(name, text, options, key));
+            promise.set_value(load_or_compile(units, text, key));
         } catch (...) {
             promise.set_exception(std::current_exception());
             const std::lock_guard lock(mutex_);
@@ -87,41 +101,41 @@ cl::Program Context::program_from_source(std::string_view name, std::string_view
     return program.get();
 }
 
-cl::Program Context::load_or_compile(std::string_view name, const std::string& source, const std::string& options,
-                                     const CacheKey& key) {
+cl::Program Context::load_or_compile(std::span<const ProgramUnit> units, const std::string& text, const CacheKey& key) {
     const auto binary = disk_cache_.load(key);
-    if (binary && driver_keeps_programs_) return build(name, source, options);
+    if (binary && driver_keeps_programs_) return build(units, text);
     if (binary) {
         try {
             cl::Program program(context_, {device_}, {*binary});
-            program.build(device_, options.c_str());
+            program.build(device_);
             return program;
         } catch (const cl::Error& error) {
-            log(LogLevel::debug, "{}: the driver refuses the cached program ({}); it is compiled anew", name,
+            log(LogLevel::debug, "{}: the driver refuses the cached program ({}); it is compiled anew", describe(units),
                 status_name(error.err()));
         }
     }
-    log(LogLevel::debug, "compiling {} {}", name, options);
-    cl::Program program = build(name, source, options);
+    const auto start = std::chrono::steady_clock::now();
+    cl::Program program = build(units, text);
+    log(LogLevel::debug, "compiled {} in {:.0f} ms", describe(units),
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
     ++programs_compiled_;
     const std::lock_guard lock(mutex_);
     unsaved_.emplace(key, program);
     return program;
 }
 
-cl::Program Context::build(std::string_view name, const std::string& source, const std::string& options) {
+cl::Program Context::build(std::span<const ProgramUnit> units, const std::string& text) {
     const cl::Program program =
-        checked(fmt::format("make a program of {}", name), [&] { return cl::Program(context_, source); });
+        checked(fmt::format("make a program of {}", describe(units)), [&] { return cl::Program(context_, text); });
     try {
-        program.build(device_, options.c_str());
+        program.build(device_);
     } catch (const cl::Error& error) {
-        if (error.err() != CL_BUILD_PROGRAM_FAILURE && error.err() != CL_INVALID_BUILD_OPTIONS)
-            fail_with_status(fmt::format("compile {} with the options '{}'", name, options), error.err());
+        if (error.err() != CL_BUILD_PROGRAM_FAILURE)
+            fail_with_status(fmt::format("compile {}", describe(units)), error.err());
         std::string build_log;
         program.getBuildInfo(device_, CL_PROGRAM_BUILD_LOG, &build_log);
-        fail(ErrorKind::build,
-             "{} does not compile on {} (driver {}) with the options '{}': {}. The compiler says:\n{}", name,
-             profile_.name, profile_.driver_version, options, status_name(error.err()), build_log);
+        fail(ErrorKind::build, "{} does not compile on {} (driver {}): {}. The compiler says:\n{}", describe(units),
+             profile_.name, profile_.driver_version, status_name(error.err()), build_log);
     }
     return program;
 }

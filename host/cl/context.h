@@ -4,10 +4,12 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "cl/disk_cache.h"
+#include "cl/kernel_source.h"
 #include "cl/opencl.h"
 #include "clarus/device.h"
 
@@ -37,12 +39,13 @@ class Context {
     /// Whether events of queue() carry times; a caller's queue may have been made without.
     bool queue_has_profiling() const { return queue_has_profiling_; }
 
-    /// The kernel file `file`.cl with common.clh before it, built with these compiler options. Errors: invalid_argument
-    /// where there is no such file; build, with the compiler's log.
-    cl::Program program(std::string_view file, const std::string& options);
-
-    /// The same for source text made at run time, common.clh before it too. `name` stands for it in messages.
-    cl::Program program_from_source(std::string_view name, std::string_view source, const std::string& options);
+    /// One program of several files for several options (program_text). Errors: build, with the compiler's log.
+    cl::Program program(std::span<const ProgramUnit> units);
+    /// Of the kernel file `file`.cl alone, whose kernels keep their names. Errors: also invalid_argument where there is
+    /// no such file.
+    cl::Program program(std::string_view file, std::string_view options);
+    /// The same of source text made at run time. `name` stands for it in messages.
+    cl::Program program_from_source(std::string_view name, std::string_view source, std::string_view options);
 
     /// Writes what was compiled since the last call to the disk cache. To be called once the kernels have run for the
     /// first time: a driver may only then compile a kernel for its work-group size, and what it did goes along.
@@ -52,9 +55,8 @@ class Context {
     int programs_compiled() const { return programs_compiled_; }
 
   private:
-    cl::Program load_or_compile(std::string_view name, const std::string& source, const std::string& options,
-                                const CacheKey& key);
-    cl::Program build(std::string_view name, const std::string& source, const std::string& options);
+    cl::Program load_or_compile(std::span<const ProgramUnit> units, const std::string& text, const CacheKey& key);
+    cl::Program build(std::span<const ProgramUnit> units, const std::string& text);
 
     DeviceProfile profile_;
     cl::Device device_;

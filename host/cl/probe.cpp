@@ -74,7 +74,8 @@ Abilities probe_now(const cl::Device& device, const std::string& claims_program)
 
 Abilities probe(const cl::Device& device) {
     const DiskCache cache(programs_directory());
-    const std::string claims_program = with_common("probe.cl", claims_source);
+    const ProgramUnit claims{"probe.cl", claims_source, ""};
+    const std::string claims_program = program_text({&claims, 1});
     const CacheKey key = cache_key({"abilities", claims_program, half_arithmetic_source, device_identity(device)});
     if (const auto kept = cache.load(key); kept && kept->size() == 3)
         return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0};

@@ -141,6 +141,7 @@ int show_first_frame(const FirstFrame& first) {
     description.depth = {.host = depth.data(), .size = first.render_size};
     description.motion = {.host = motion.data(), .size = first.render_size};
     description.output = {.host = output.data(), .size = size};
+    description.jitter = test_jitter(0);
     upscaler.submit(description).wait();
     return device.programs_compiled();
 }

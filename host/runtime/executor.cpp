@@ -41,6 +41,13 @@ float element_at(const std::vector<std::byte>& bytes, size_t index, Storage stor
     return reinterpret_cast<const float*>(bytes.data())[index];
 }
 
+std::vector<const KernelCall*> calls_of(const Plan& plan, const KernelCall& ingest, const KernelCall& present) {
+    std::vector<const KernelCall*> calls{&ingest};
+    for (const PlannedStage& stage : plan.stages) calls.push_back(&stage.lowered.call);
+    calls.push_back(&present);
+    return calls;
+}
+
 }  // namespace
 
 Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOptions& options,
@@ -49,19 +56,16 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
       plan_(plan),
       options_(options),
       compiled_before_(context.programs_compiled()),
-      weights_(context, plan.layout.graph, plan.convolutions()),
+      ingest_(ingest(plan.ingest)),
+      present_(present(plan.layout.layouts[plan.layout.graph.output], options)),
+      kernels_(context, calls_of(plan, ingest_, present_)),
+      weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
       profiler_(options.profile && context.queue_has_profiling()) {
     allocate();
-    const double steps = static_cast<double>(plan.stages.size()) + 2;
-    const auto report = [&] {
-        if (progress) progress(static_cast<double>(stages_.size()) / steps);
-    };
-
     const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
-    Stage& ingest_stage = add_stage(ingest(plan.ingest), "ingest", "ingest", 0, ingest_bytes());
+    Stage& ingest_stage = add_stage(ingest_, "ingest", "ingest", 0, ingest_bytes());
     for (const auto* destination : destinations(plan.ingest))
         ingest_stage.input_memories.push_back(*destination ? (*destination)->memory : -1);
-    report();
     for (const PlannedStage& planned : plan.stages) {
         Stage& stage = add_stage(planned.lowered.call, planned.problem.node.name, planned.selection.describe(),
                                  planned.operations, planned.bytes);
@@ -69,21 +73,20 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
             stage.parameters = convolution->parameters;
-        report();
     }
     const double written = static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
     const double read = static_cast<double>(output.width) * output.height * output.channels * bytes_of(output.storage);
-    add_stage(present(output, options), "present", "present", 0, read + written).input_memories = {output.memory};
+    add_stage(present_, "present", "present", 0, read + written).input_memories = {output.memory};
     upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
     read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
     // Some drivers finish a kernel's compilation when it is first run.
-    if (context_.programs_compiled() > compiled_before_) warm_up();
-    report();
+    if (context_.programs_compiled() > compiled_before_) warm_up(progress);
+    if (progress) progress(1);
 }
 
 Executor::~Executor() { clFinish(context_.queue()()); }
 
-void Executor::warm_up() {
+void Executor::warm_up(const std::function<void(double)>& progress) {
     // Resources and target are stood in for.
     ocl::checked("run every kernel once", [&] {
         const auto stand_in = [&](const std::optional<TensorLayout>& layout, const ImageFormat& format) {
@@ -100,7 +103,13 @@ void Executor::warm_up() {
         stages_.back().bindings.target_offset = offset_and_pitch(0, tight_pitch(size, options_.output_format));
         FrameConstants constants;
         constants.reset = 1;
-        run_stages(constants);
+        const auto launches = static_cast<double>(plan_.launches.size()) + 2;
+        int done = 0;
+        run_stages(constants, [&] {
+            if (!progress) return;
+            context_.queue().finish();
+            progress(++done / launches);
+        });
         context_.queue().finish();
     });
     profiler_.take();
@@ -141,7 +150,7 @@ void Executor::allocate() {
 Executor::Stage& Executor::add_stage(KernelCall call, std::string name, std::string kernel, double operations,
                                      double bytes) {
     const int profile = profiler_.add_stage(std::move(name), std::move(kernel), operations, bytes);
-    stages_.push_back({Launch(context_, std::move(call)), {}, {}, -1, -1, profile});
+    stages_.push_back({Launch(kernels_, std::move(call)), {}, {}, -1, -1, profile});
     return stages_.back();
 }
 
@@ -242,9 +251,12 @@ bool Executor::bind_target(const Image& image) {
     return true;
 }
 
-void Executor::run_stages(const FrameConstants& constants) {
+void Executor::run_stages(const FrameConstants& constants, const std::function<void()>& after_each) {
     for (Stage& stage : stages_) bind(stage, constants);
-    const auto launch = [&](Stage& stage) { stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile)); };
+    const auto launch = [&](Stage& stage) {
+        stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile));
+        if (after_each) after_each();
+    };
     launch(stages_.front());
     for (const auto& [index, first, end] : plan_.launches) {
         Stage& stage = stages_[index + 1];

@@ -26,7 +26,8 @@ struct FrameResult {
 /// enqueues.
 class Executor {
   public:
-    /// `plan` and `options` outlive the executor. `progress` is called with 0…1 while kernels are compiled.
+    /// `plan` and `options` outlive the executor. `progress` is called with 0…1 while the
+    /// driver finishes kernels.
     Executor(ocl::Context& context, const Plan& plan, const UpscalerOptions& options,
              const std::function<void(double)>& progress);
 
@@ -61,14 +62,15 @@ class Executor {
 
     void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result);
     void allocate();
-    void warm_up();
+    void warm_up(const std::function<void(double)>& progress);
     cl::Buffer zeroed(size_t bytes) const;
     Stage& add_stage(KernelCall call, std::string name, std::string kernel, double operations, double bytes);
     double ingest_bytes() const;
     const cl::Buffer& memory(int index) const;
     void bind_input(graph::Resource resource, const Image& image, const std::optional<TensorLayout>& layout);
     bool bind_target(const Image& image);  // whether the output must be read back
-    void run_stages(const FrameConstants& constants);
+    /// `after_each` is called when a whole stage has been enqueued.
+    void run_stages(const FrameConstants& constants, const std::function<void()>& after_each = {});
     void bind(Stage& stage, const FrameConstants& constants);
     void read_back(const Image& image);
     std::shared_ptr<FrameResult> free_result();
@@ -77,6 +79,8 @@ class Executor {
     const Plan& plan_;
     const UpscalerOptions& options_;
     const int compiled_before_;  // programs, when the constructor began
+    const KernelCall ingest_, present_;
+    const Kernels kernels_;
     Weights weights_;
     Profiler profiler_;
     cl::Buffer arena_;

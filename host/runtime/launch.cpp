@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <utility>
@@ -26,14 +27,8 @@ cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<siz
     return {(global[0] + local[0] - 1) / local[0] * local[0], (global[1] + local[1] - 1) / local[1] * local[1]};
 }
 
-cl::Program build(ocl::Context& context, const KernelCall& call) {
-    return call.source.empty() ? context.program(call.file, program_options(call))
-                               : context.program_from_source(call.file, call.source, program_options(call));
-}
-
-cl::Kernel create_kernel(ocl::Context& context, const KernelCall& call, const std::string& entry) {
-    const cl::Program program = build(context, call);
-    return ocl::checked("create kernel " + entry, [&] { return cl::Kernel(program, entry.c_str()); });
+std::string key_of(const KernelCall& call) {
+    return fmt::format("{} {}\n{}", call.file, program_options(call), call.source);
 }
 
 }  // namespace
@@ -44,9 +39,41 @@ std::string program_options(const KernelCall& call) {
     return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
 }
 
-Launch::Launch(ocl::Context& context, KernelCall call)
+Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls) {
+    std::vector<std::string> keys, files, options;
+    std::vector<const KernelCall*> different;
+    for (const KernelCall* call : calls) {
+        std::string key = key_of(*call);
+        if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+        keys.push_back(std::move(key));
+        files.push_back(call->source.empty() ? call->file + ".cl" : call->file);
+        options.push_back(program_options(*call));
+        different.push_back(call);
+    }
+    std::vector<ocl::ProgramUnit> units;
+    for (size_t i = 0; i < different.size(); ++i) {
+        const std::string& source = different[i]->source;
+        units.push_back({files[i], source.empty() ? ocl::kernel_file(files[i]) : source, options[i]});
+    }
+    try {
+        const cl::Program program = context.program(units);
+        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {program, i};
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::build || units.size() == 1) throw;
+        // Which one it is; or, where a compiler takes each but not all at once, that will do.
+        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {context.program({&units[i], 1}), 0};
+    }
+}
+
+cl::Kernel Kernels::create(const KernelCall& call, const std::string& entry) const {
+    const Place& place = places_.at(key_of(call));
+    const std::string name = ocl::name_in_unit(entry, place.unit);
+    return ocl::checked("create kernel " + entry, [&] { return cl::Kernel(place.program, name.c_str()); });
+}
+
+Launch::Launch(const Kernels& kernels, KernelCall call)
     : call_(std::move(call)),
-      kernel_(create_kernel(context, call_, call_.entry)),
+      kernel_(kernels.create(call_, call_.entry)),
       doing_("run kernel " + call_.entry),
       sizes_(sizes_of(call_)),
       first_argument_(call_.tensors.empty() ? 0 : 1) {
@@ -120,9 +147,9 @@ void Launch::enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl:
     set_first_item(0);
 }
 
-PackLaunch::PackLaunch(ocl::Context& context, const Lowered& lowered)
+PackLaunch::PackLaunch(const Kernels& kernels, const Lowered& lowered)
     : packing_(lowered.packing.value()),
-      kernel_(create_kernel(context, lowered.call, packing_.entry)),
+      kernel_(kernels.create(lowered.call, packing_.entry)),
       doing_("run kernel " + packing_.entry) {}
 
 void PackLaunch::enqueue(const cl::CommandQueue& queue, const Source& source, const cl::Buffer& packed, int set) {

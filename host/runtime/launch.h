@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,13 +26,31 @@ struct Bindings {
     cl::Buffer counter;
 };
 
-/// The compiler's options for a call: with its file or source, all that its program depends on.
+/// The options that a call's kernel is compiled with: beside its file or source, all that it depends on.
 std::string program_options(const KernelCall& call);
 
-/// A kernel call made ready: its program built, its kernel created.
+/// The kernels of several calls, compiled as one program: to begin takes a compiler longer than most of them.
+class Kernels {
+  public:
+    /// Errors: build, of the first call alone that does not compile.
+    Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls);
+
+    /// A new kernel `entry` of the file of one of the calls.
+    cl::Kernel create(const KernelCall& call, const std::string& entry) const;
+
+  private:
+    struct Place {
+        cl::Program program;
+        size_t unit;
+    };
+    std::map<std::string, Place> places_;  // by file, options and source
+};
+
+/// A kernel call made ready.
 class Launch {
   public:
-    Launch(ocl::Context& context, KernelCall call);
+    /// `call` is one of `kernels`.
+    Launch(const Kernels& kernels, KernelCall call);
 
     /// Sets every argument. Arguments keep their values until set again.
     void bind(const Bindings& bindings);
@@ -55,7 +74,8 @@ class Launch {
 /// The kernel that packs one set of a convolution's parameters for the kernel of `lowered`.
 class PackLaunch {
   public:
-    PackLaunch(ocl::Context& context, const Lowered& lowered);
+    /// `lowered.call` is one of `kernels`.
+    PackLaunch(const Kernels& kernels, const Lowered& lowered);
 
     /// One set of weights (OIHW) and biases within buffers of floats.
     struct Source {

@@ -75,7 +75,7 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
         bindings.output = zeros(context, memory_bytes(problem.output));
         if (lowered.packing) bindings.packed_weights = zeros(context, lowered.packing->floats * sizeof(float));
 
-        Launch launch(context, lowered.call);
+        Launch launch(Kernels(context, {&lowered.call}), lowered.call);
         launch.bind(bindings);
         const auto seconds = [&] {
             cl::Event event;

@@ -35,7 +35,8 @@ cl::Buffer upload(ocl::Context& context, const std::vector<float>& values) {
 
 }  // namespace
 
-Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::map<int, Lowered>& convolutions)
+Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Graph& graph,
+                 const std::map<int, Lowered>& convolutions)
     : context_(context) {
     ocl::checked("upload weights", [&] {
         for (const auto& [index, lowered] : convolutions) {
@@ -47,7 +48,7 @@ Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::ma
             packed.biases = parameters.out_channels;
             packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
                                        packed.floats * sets_on_device(graph, parameters) * sizeof(float));
-            packed.pack = std::make_unique<PackLaunch>(context, lowered);
+            packed.pack = std::make_unique<PackLaunch>(kernels, lowered);
             const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
             for (int set = 0; set < parameters.sets; ++set)
                 packed.pack->enqueue(context.queue(), {weights, set * packed.weights, biases, set * packed.biases},
@@ -57,10 +58,10 @@ Weights::Weights(ocl::Context& context, const graph::Graph& graph, const std::ma
     });
 
     if (graph.jitter_kernels && !is_universal(graph)) {
-        const graph::JitterKernels& kernels = *graph.jitter_kernels;
-        predicted_ = kernels.conditioned;
-        if (predicts(graph)) predictor_ = std::make_unique<KernelPredictor>(context, kernels.predictor);
-        sets_.emplace(kernels.table, predictor_ ? kComputedSets : 0);
+        const graph::JitterKernels& jitter_kernels = *graph.jitter_kernels;
+        predicted_ = jitter_kernels.conditioned;
+        if (predicts(graph)) predictor_ = std::make_unique<KernelPredictor>(context, jitter_kernels.predictor);
+        sets_.emplace(jitter_kernels.table, predictor_ ? kComputedSets : 0);
     }
 }
 

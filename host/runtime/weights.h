@@ -16,7 +16,8 @@ namespace clarus::runtime {
 class Weights {
   public:
     /// `convolutions`: for each index into graph.parameters, the kernel that it is packed for.
-    Weights(ocl::Context& context, const graph::Graph& graph, const std::map<int, Lowered>& convolutions);
+    Weights(ocl::Context& context, const Kernels& kernels, const graph::Graph& graph,
+            const std::map<int, Lowered>& convolutions);
 
     /// Makes the sets for this jitter the current ones, computing them where they are not there.
     void select(Vec2 jitter);

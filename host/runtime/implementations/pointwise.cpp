@@ -11,17 +11,6 @@ namespace {
 
 using graph::Step;
 
-// 1 / (1 + e^-a) with an error below 1e-6. Never NaN: a NaN counts as -∞. tanh(a) = 2 sigmoid(2a) - 1.
-constexpr std::string_view kSigmoid = R"(
-#define DEFINE_SIGMOID(real)                                                          \
-    inline real sigmoid_##real(real a) {                                              \
-        a = (-87.0f < a) ? a : (real)(-87.0f);                                        \
-        a = (a < 87.0f) ? a : (real)(87.0f);                                          \
-        return 1.0f / (1.0f + exp2_##real(a * -1.44269504f));                         \
-    }                                                                                 \
-    inline real tanh_##real(real a) { return 2.0f * sigmoid_##real(2.0f * a) - 1.0f; }
-)";
-
 std::string vector_type(std::string_view scalar, int width) {
     return width == 1 ? std::string(scalar) : fmt::format("{}{}", scalar, width);
 }
@@ -305,11 +294,8 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     call.arguments.push_back({ArgumentKind::output});
     call.arguments.push_back({ArgumentKind::frame});
 
-    call.source = kSigmoid;
-    for (const int width : {1, 2, 4, 8, 16})
-        call.source += fmt::format("DEFINE_SIGMOID({})\n", vector_type("float", width));
-    call.source += fmt::format(
-        "\nkernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise(\n"
+    call.source = fmt::format(
+        "kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise(\n"
         "    Sizes given, {}{}, Frame frame) {{\n"
         "    TAKE(sizes);\n"
         "    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * {};\n",
