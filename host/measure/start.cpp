@@ -19,6 +19,7 @@
 #include "base/error.h"
 #include "base/precision.h"
 #include "cl/disk_cache.h"
+#include "clarus/jitter.h"
 #include "io/temporary_folder.h"
 #include "measure/timed_upscaler.h"
 
@@ -141,7 +142,7 @@ int show_first_frame(const FirstFrame& first) {
     description.depth = {.host = depth.data(), .size = first.render_size};
     description.motion = {.host = motion.data(), .size = first.render_size};
     description.output = {.host = output.data(), .size = size};
-    description.jitter = test_jitter(0);
+    description.jitter = halton_jitter(0, 16);
     upscaler.submit(description).wait();
     return device.programs_compiled();
 }
