@@ -26,7 +26,7 @@ Work work(const Device& device, const Problem& problem, const Selection& selecti
     bindings.inputs = {filled(context, memory_bytes(problem.inputs[0]))};
     bindings.output = filled(context, memory_bytes(problem.output));
     bindings.packed_weights = filled(context, lowered.packing->floats * sizeof(float));
-    auto launch = std::make_shared<Launch>(context, lowered.call);
+    auto launch = std::make_shared<Launch>(Kernels(context, {&lowered.call}), lowered.call);
     launch->bind(bindings);
     return {fmt::format("{0}→{0} {1}", channels, selection.describe()),
             2.0 * 9 * channels * channels * kSize.width * kSize.height, 0, [&context, launch, bindings] {
