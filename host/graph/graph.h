@@ -166,13 +166,14 @@ class Graph {
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 
-/// Whether no kernel makes such a node's value: it shows others, or a memory of the frame before.
-bool is_view(const Operator& op);
-
-/// Whether such a node's result is written into the memory of its first input, which nothing else reads afterwards.
-bool is_in_place(const Operator& op);
-
 /// Floating-point operations (multiply and add are two) of a node's plain definition.
 double operations(const Graph& graph, const Node& node);
+
+/// The rows of input `position` that rows of the node's result are made of, within the input. Only of an operator that
+/// does not read any rows.
+Rows rows_read(const Graph& graph, const Node& node, size_t position, Rows rows);
+
+/// Which pixels of a value are stored. Views hand on what they show.
+Pixels stored_pixels(const Graph& graph, Value value);
 
 }  // namespace clarus::graph

@@ -37,10 +37,6 @@ struct Block {
     }
 };
 
-bool is_written_first(const graph::Operator& op) {
-    return std::holds_alternative<graph::Input>(op) || std::holds_alternative<graph::Plane>(op);
-}
-
 std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNodes>& banded) {
     const graph::Graph& graph = plan.graph;
     const int end = static_cast<int>(graph.nodes.size()) + 1;
@@ -56,7 +52,7 @@ std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNode
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         const graph::Node& node = graph.nodes[value];
         if (graph::is_view(node.op)) continue;
-        touch(value, is_written_first(node.op) ? 0 : moment_of(value));
+        touch(value, graph::traits(node.op).memory == graph::Memory::ingested ? 0 : moment_of(value));
         for (const Value input : node.inputs) touch(input, moment_of(value));
     }
     touch(graph.output, end);
