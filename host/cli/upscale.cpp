@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +18,7 @@
 #include "cli/frame_loop.h"
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
+#include "cli/pipeline_options.h"
 #include "cli/progress.h"
 #include "cli/run_report.h"
 #include "cli/sequence_options.h"
@@ -35,7 +37,6 @@ struct UpscaleOptions {
     SequenceOptions sequence;
     std::string model;
     std::optional<double> scale;
-    std::optional<float> sharpness;
     std::filesystem::path output;
     std::string device = "auto";
     Precision precision = Precision::fp32;
@@ -43,7 +44,7 @@ struct UpscaleOptions {
     std::optional<Format> format;
     Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
     float sharpen = 0;
-    std::optional<int> previous_frames;
+    std::map<std::string, double> pipeline_options;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
     bool profile = false;
@@ -89,14 +90,13 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     UpscalerOptions result;
     result.precision = options.precision;
     result.tuning = options.tuning;
-    result.sharpness = options.sharpness;
     result.color_space = sequence.color_space;
     result.antialias_input = options.antialias_input;
     result.antialias = options.antialias;
     result.sharpen = options.sharpen;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
-    result.previous_frames = options.previous_frames;
+    result.pipeline_options = options.pipeline_options;
     result.profile = options.profile || !options.trace.empty() || !options.report.empty();
     return result;
 }
@@ -227,10 +227,7 @@ void add_upscale_command(CLI::App& app) {
                     "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
                     "their range")
         ->type_name("S");
-    command
-        .add_option("--sharpness", options->sharpness,
-                    "For fsr1 and fsr2: from 0, which sharpens nothing, to 1; 0.87 (fsr1) or 0 unless told")
-        ->type_name("S");
+    add_pipeline_options(command, options->pipeline_options);
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(
         command, "--precision", options->precision,
@@ -256,10 +253,6 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("BETA")
         ->expected(0, 1)
         ->default_str("0.15");
-    command
-        .add_option("--previous-frames", options->previous_frames,
-                    "For NSRR: use so many previous frames instead of all that the model was trained with")
-        ->type_name("K");
     add_choice<FrameRate, FrameRate>(command, "--frame-rate", options->frame_rate, {{"x2", FrameRate::doubled}},
                                      "Also make the picture between each frame and the one before it, FRAME-before, "
                                      "from motion and depth");

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -59,11 +60,11 @@ struct UpscalerOptions {
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
     /// Of the output, last: β of MNSS's step 6, from 0 (off) to 1. What the model keeps stays as it is.
     float sharpen = 0;
-    /// fsr1 and fsr2: how much they sharpen, from 0, not at all, to 1. Unless told, fsr1 does by 0.87, fsr2 not at all.
-    std::optional<float> sharpness;
-    std::optional<int> previous_frames;  // use fewer than an NSRR model has; the maps of those beyond are zero
-    std::vector<std::string> views;      // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
-    bool profile = false;                // time every stage with device events
+    /// By name, what else the model's pipeline lets choose: Model::options lists it. What is not named has its usual
+    /// value.
+    std::map<std::string, double> pipeline_options;
+    std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
+    bool profile = false;            // time every stage with device events
 };
 
 /// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
