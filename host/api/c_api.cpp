@@ -98,21 +98,6 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     return options;
 }
 
-clarus::InterpolatorOptions interpolator_options_from(const clarus_options& from) {
-    const clarus::UpscalerOptions given = options_from(from);
-    clarus::InterpolatorOptions options;
-    options.precision = given.precision;
-    options.tuning = given.tuning;
-    options.color_space = given.color_space;
-    options.depth = given.depth;
-    options.motion = given.motion;
-    options.color_format = given.color_format;
-    options.depth_format = given.depth_format;
-    options.motion_format = given.motion_format;
-    options.output_format = given.output_format;
-    return options;
-}
-
 clarus::FrameDescription frame_from(const clarus_frame& from) {
     clarus::FrameDescription frame;
     frame.color = image(from.color);
@@ -244,10 +229,9 @@ clarus_status clarus_interpolator_create(const clarus_device* device, int render
                                          clarus_interpolator** interpolator) {
     return guarded([&] {
         const clarus_options used = options ? *options : clarus_default_options();
-        *interpolator = new clarus_interpolator{
-            clarus::Interpolator(device->device, {render_width, render_height}, {output_width, output_height},
-                                 interpolator_options_from(used)),
-            {}};
+        *interpolator = new clarus_interpolator{clarus::Interpolator(device->device, {render_width, render_height},
+                                                                     {output_width, output_height}, options_from(used)),
+                                                {}};
     });
 }
 

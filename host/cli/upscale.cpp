@@ -5,7 +5,6 @@
 #include <array>
 #include <chrono>
 #include <iterator>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,15 +38,11 @@ struct UpscaleOptions {
     std::optional<double> scale;
     std::filesystem::path output;
     std::string device = "auto";
-    Precision precision = Precision::fp32;
-    Tuning tuning = Tuning::stored;
+    UpscalerOptions settings;  // but for what the sequence says
     std::optional<Format> format;
-    Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
-    float sharpen = 0;
-    std::map<std::string, double> pipeline_options;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
-    bool profile = false;
+    bool print_profile = false;
     std::filesystem::path trace, report;
 };
 
@@ -87,28 +82,11 @@ Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
 }
 
 UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence) {
-    UpscalerOptions result;
-    result.precision = options.precision;
-    result.tuning = options.tuning;
+    UpscalerOptions result = options.settings;
     result.color_space = sequence.color_space;
-    result.antialias_input = options.antialias_input;
-    result.antialias = options.antialias;
-    result.sharpen = options.sharpen;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
-    result.pipeline_options = options.pipeline_options;
-    result.profile = options.profile || !options.trace.empty() || !options.report.empty();
-    return result;
-}
-
-InterpolatorOptions interpolator_options(const UpscalerOptions& options) {
-    InterpolatorOptions result;
-    result.precision = options.precision;
-    result.tuning = options.tuning;
-    result.color_space = options.color_space;
-    result.depth = options.depth;
-    result.motion = options.motion;
-    result.profile = options.profile;
+    result.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     return result;
 }
 
@@ -157,7 +135,7 @@ void upscale(const UpscaleOptions& options) {
     Upscaler upscaler(device, model, sequence.render_size, settings);
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled)
-        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
+        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), settings);
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
                              model.scale() == sequence.scale, interpolator.has_value()};
@@ -198,7 +176,7 @@ void upscale(const UpscaleOptions& options) {
                            .frames = std::move(frames),
                            .stages = std::move(stages)};
     report.print_summary();
-    if (options.profile) report.print_stages();
+    if (options.print_profile) report.print_stages();
     if (!options.report.empty()) report.write_json(options.report);
     if (!options.trace.empty()) {
         std::vector<std::string> names;
@@ -227,13 +205,13 @@ void add_upscale_command(CLI::App& app) {
                     "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
                     "their range")
         ->type_name("S");
-    add_pipeline_options(command, options->pipeline_options);
+    add_pipeline_options(command, options->settings.pipeline_options);
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(
-        command, "--precision", options->precision,
+        command, "--precision", options->settings.precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
         "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
-    add_choice<Tuning, Tuning>(command, "--tuning", options->tuning,
+    add_choice<Tuning, Tuning>(command, "--tuning", options->settings.tuning,
                                {{"stored", Tuning::stored},
                                 {"measure", Tuning::measure},
                                 {"fixed", Tuning::fixed},
@@ -243,12 +221,13 @@ void add_upscale_command(CLI::App& app) {
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
-    add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->antialias, {{"mlaa", Antialiasing::mlaa}},
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->settings.antialias,
+                                           {{"mlaa", Antialiasing::mlaa}},
                                            "Antialias what the model shows, morphologically");
-    add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->antialias_input,
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->settings.antialias_input,
                                            {{"mlaa", Antialiasing::mlaa}}, "Antialias the colour that the model sees");
     command
-        .add_option("--sharpen", options->sharpen,
+        .add_option("--sharpen", options->settings.sharpen,
                     "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")
         ->type_name("BETA")
         ->expected(0, 1)
@@ -262,7 +241,7 @@ void add_upscale_command(CLI::App& app) {
                     "prints the names. May be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
-    command.add_flag("--profile", options->profile, "Print the time, GFLOP/s and GB/s of every stage");
+    command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");
     command.add_option("--trace", options->trace, "Write a Chrome trace (chrome://tracing, ui.perfetto.dev)")
         ->type_name("FILE");
     command
