@@ -121,7 +121,7 @@ void hand_out(const clarus::FrameEvent& event, cl_event* done) {
 }
 
 clarus_memory memory(const clarus::MemoryRequirements& from) {
-    return {from.weights, from.arena, from.live_at_worst, from.staging};
+    return {from.weights, from.arena, from.peak_live_bytes, from.staging};
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ void upscale(const UpscaleOptions& options) {
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const FrameOutput output{options.output, format == Format::exr ? ".exr" : ".png", options.views,
                              model.scale() == sequence.scale, interpolator.has_value()};
-    keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
+    refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
 

@@ -76,9 +76,9 @@ class Graph {
     std::vector<Parameters> parameters;
     std::optional<JitterKernels> jitter_kernels;
     std::vector<State> states;
-    std::map<std::string, Value> views;  // what can be looked at, by name
-    std::set<std::string> map_views;     // those whose channels are pictures of their own, however many they are
-    Value output = -1;                   // display-encoded colour, 3 channels
+    std::map<std::string, Value> views;      // what can be looked at, by name
+    std::set<std::string> views_by_channel;  // those of which each channel is a picture
+    Value output = -1;                       // display-encoded colour, 3 channels
 
     const Shape& shape(Value value) const { return nodes[value].shape; }
 

@@ -112,7 +112,7 @@ size_t place(std::vector<Block>& blocks) {
     return arena;
 }
 
-size_t most_live(const std::vector<Block>& blocks, int moments) {
+size_t peak_live_bytes(const std::vector<Block>& blocks, int moments) {
     size_t most = 0;
     for (int moment = 0; moment <= moments; ++moment) {
         const Span now{moment, moment};
@@ -131,7 +131,7 @@ size_t most_live(const std::vector<Block>& blocks, int moments) {
 MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vector<BandedNodes>& banded) {
     MemoryPlan result;
     std::vector<Block> blocks = make_blocks(plan, lifetimes(plan, banded), result.alternates);
-    result.live_at_worst = most_live(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
+    result.peak_live_bytes = peak_live_bytes(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
     for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
     result.bytes = place(blocks);
     result.places.resize(plan.memories.size());

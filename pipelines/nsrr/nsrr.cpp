@@ -113,7 +113,7 @@ class Builder {
                              {"input_depth", depth_},
                              {"input_motion", motion_},
                              {"output", graph_.output}});
-        graph_.map_views = {"features", "warped", "weights"};
+        graph_.views_by_channel = {"features", "warped", "weights"};
         return std::move(graph_);
     }
 

@@ -91,7 +91,7 @@ typedef struct clarus_frame {
 } clarus_frame;
 
 typedef struct clarus_memory {
-    size_t weights, arena, live_at_worst, staging;
+    size_t weights, arena, peak_live_bytes, staging;
 } clarus_memory;
 
 /* What the last failed call of this thread was about. */

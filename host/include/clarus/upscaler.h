@@ -58,7 +58,8 @@ struct StreamOptions {
 
 struct UpscalerOptions : StreamOptions {
     /// Where the images between layers would be large, layers take turns on bands of so many rows of the output, so
-    /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: as suits.
+    /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: 32, where
+    /// whole images would be large for the device.
     int band_rows = 0;
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
@@ -99,15 +100,15 @@ struct FrameDescription : FrameParameters {
 
 /// Device memory, in bytes.
 struct MemoryRequirements {
-    size_t weights = 0;        // packed weights of every kernel
-    size_t arena = 0;          // intermediates and recurrent state, shared by lifetime
-    size_t live_at_worst = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
-    size_t staging = 0;        // copies of host images on the device, views kept
+    size_t weights = 0;          // packed weights of every kernel
+    size_t arena = 0;            // intermediates and recurrent state, shared by lifetime
+    size_t peak_live_bytes = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
+    size_t staging = 0;          // copies of host images on the device, views kept
     size_t total() const { return weights + arena + staging; }
     MemoryRequirements& operator+=(const MemoryRequirements& other) {
         weights += other.weights;
         arena += other.arena;
-        live_at_worst += other.live_at_worst;
+        peak_live_bytes += other.peak_live_bytes;
         staging += other.staging;
         return *this;
     }
