@@ -302,7 +302,7 @@ struct MaxPool {
 /// colour.
 struct Radiance {
     double white;
-    // Operations: the curve 8, a gain.
+    // Operations: the curve 8, the gain 3.
     Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 11}; }
 };
 /// The inverse of Radiance. Input: radiance.
