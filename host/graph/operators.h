@@ -444,7 +444,12 @@ using Operator =
                  NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 inline Traits traits(const Operator& op) {
-    return std::visit([](const HasTraits auto& alternative) { return alternative.traits(); }, op);
+    return std::visit(
+        []<typename Op>(const Op& alternative) -> Traits {
+            static_assert(HasTraits<Op>, "an operator says its traits: see Traits");
+            return alternative.traits();
+        },
+        op);
 }
 
 /// Whether no kernel makes such a node's value: it shares the memory of others, or of the frame before.
