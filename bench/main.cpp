@@ -83,8 +83,8 @@ void print_frame(FrameBench& frame, double median, double peak, double bandwidth
     fmt::print("{:<20}{:>9.2f}{:>9.2f}\n", "frame", 1e3 * median, 1e3 * floor);
     if (dense > 0) fmt::print("{:.2f} × the dense convolutions at the peak ({:.2f} ms)\n", median / dense, 1e3 * dense);
     fmt::print("memory: arena {:.1f} MiB, live at the worst moment {:.1f} MiB (ratio {:.3f}), weights {:.1f} MiB\n",
-               memory.arena / 1048576.0, memory.live_at_worst / 1048576.0,
-               static_cast<double>(memory.arena) / static_cast<double>(memory.live_at_worst),
+               memory.arena / 1048576.0, memory.peak_live_bytes / 1048576.0,
+               static_cast<double>(memory.arena) / static_cast<double>(memory.peak_live_bytes),
                memory.weights / 1048576.0);
     print_modules(stages);
 }

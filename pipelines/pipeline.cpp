@@ -15,7 +15,7 @@ std::span<const Pipeline> pipelines() {
         {"clarus", 1.3, 4, build_clarus, true},
         {"enss", 2, 4, at_whole_scale<build_enss>},
         {"mnss", 2, 3, at_whole_scale<build_mnss>},
-        {"nsrr", 2, 6, at_whole_scale<build_nsrr>},
+        {"nsrr", 2, 6, at_whole_scale<build_nsrr>, false, {}, nsrr_options()},
         {"nss", 1, 3, build_nss, true, "autoencoder.temporal_params_out_conv.conv2d.weight"},
         {"srpo", 1, 32, at_whole_scale<build_srpo>},  // it ends where its last layer has 2048 channels, 2s²
         {"stack", 1, 8, at_whole_scale<build_stack>},
@@ -25,8 +25,8 @@ std::span<const Pipeline> pipelines() {
 
 std::span<const FilterPipeline> filters() {
     static const FilterPipeline all[] = {
-        {"nearest", build_nearest}, {"bilinear", build_bilinear}, {"bicubic", build_bicubic},
-        {"lanczos", build_lanczos}, {"fsr1", build_fsr1},         {"fsr2", build_fsr2},
+        {"nearest", build_nearest}, {"bilinear", build_bilinear},         {"bicubic", build_bicubic},
+        {"lanczos", build_lanczos}, {"fsr1", build_fsr1, fsr1_options()}, {"fsr2", build_fsr2, fsr2_options()},
     };
     return all;
 }

@@ -1,18 +1,19 @@
 #pragma once
 
-#include <optional>
+#include <map>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
+#include "clarus/model.h"
 #include "graph/graph.h"
 #include "io/safetensors.h"
 
 namespace clarus::pipelines {
 
-/// What is left to the user of a model.
-struct PipelineOptions {
-    std::optional<int> previous_frames;  // nsrr: use so many instead of all that the model has
-};
+/// The value of every option that a pipeline declares, by name.
+using PipelineOptions = std::map<std::string, double>;
 
 /// A system with a network: a model's tensors in, a graph out. What a model file must hold is said in formats.md.
 struct Pipeline {
@@ -23,6 +24,7 @@ struct Pipeline {
     bool any_scale = false;  // the model's `scale` may be "any", and any real one of these will do; else it is whole
     /// A tensor by which a file that others published without metadata is known; empty where there is none.
     std::string_view mark = {};
+    std::vector<PipelineOption> options = {};
 };
 
 std::span<const Pipeline> pipelines();
@@ -30,13 +32,14 @@ std::span<const Pipeline> pipelines();
 struct FilterSettings {
     double scale;
     Size render, output;
-    float sharpness;  // of fsr1 and fsr2
+    const PipelineOptions& options;
 };
 
 /// A filter without a network.
 struct FilterPipeline {
     std::string_view name;
     graph::Graph (*build)(const FilterSettings& settings);
+    std::vector<PipelineOption> options = {};
 };
 
 std::span<const FilterPipeline> filters();
@@ -55,5 +58,8 @@ graph::Graph build_bicubic(const FilterSettings& settings);
 graph::Graph build_lanczos(const FilterSettings& settings);
 graph::Graph build_fsr1(const FilterSettings& settings);
 graph::Graph build_fsr2(const FilterSettings& settings);
+std::vector<PipelineOption> nsrr_options();
+std::vector<PipelineOption> fsr1_options();
+std::vector<PipelineOption> fsr2_options();
 
 }  // namespace clarus::pipelines

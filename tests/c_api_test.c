@@ -27,6 +27,8 @@ int main(void) {
     clarus_frame frame = clarus_default_frame();
     int width = 0, height = 0;
     double smallest = 0, largest = 0;
+    clarus_option_description described;
+    clarus_pipeline_option chosen[1];
     size_t i;
 
     CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
@@ -41,7 +43,29 @@ int main(void) {
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/clarus_x2.model.safetensors", 1.5, &model) == CLARUS_OK);
     clarus_model_scales(model, &smallest, &largest);
     CHECK(smallest == 1.3 && largest == 4);
+    CHECK(clarus_model_option_count(model) == 0);
     clarus_model_release(model);
+
+    /* What a pipeline lets choose is listed, set by name, and checked. */
+    CHECK(clarus_model_find("fsr1", 2, &model) == CLARUS_OK);
+    CHECK(clarus_model_option_count(model) == 1);
+    described = clarus_model_option(model, 0);
+    CHECK(strcmp(described.name, "sharpness") == 0 && described.smallest == 0 && described.largest == 1);
+    CHECK(described.usual == 0.87 && !described.whole && strlen(described.help) > 0);
+    chosen[0].name = described.name;
+    chosen[0].value = 2;
+    options.pipeline_options = chosen;
+    options.pipeline_option_count = 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "from 0 to 1"));
+    chosen[0].value = 0.5;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    chosen[0].name = NULL;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    options = clarus_default_options();
+    clarus_model_release(model);
+
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
     clarus_model_release(model);

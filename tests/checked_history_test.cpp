@@ -10,11 +10,10 @@
 #include <variant>
 #include <vector>
 
+#include "api/build_graph.h"
 #include "clarus/error.h"
 #include "clarus/upscaler.h"
-#include "io/safetensors.h"
 #include "model_file.h"
-#include "pipelines/pipeline.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -55,12 +54,8 @@ ModelFile asking(const std::string& name, const std::string& history, const std:
 graph::Graph build(const ModelFile& file) {
     const TemporaryFolder folder;
     file.write(folder / "model.safetensors");
-    const io::Safetensors model = io::Safetensors::read(folder / "model.safetensors");
-    const int scale = model.require_integer("scale", 1, 8);
-    for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
-        if (pipeline.name == model.require_metadata("pipeline")) return pipeline.build(model, scale, kRender, {});
-    FAIL("no such pipeline");
-    return {};
+    const Model model = Model::load((folder / "model.safetensors").string());
+    return build_graph(model, kRender, output_size(kRender, model.scale()));
 }
 
 template <typename Op>

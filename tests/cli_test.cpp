@@ -296,7 +296,7 @@ TEST_CASE("every filter is a model") {
     REQUIRE(place.upscale("fsr1", {"--sharpness", "0"}).exit_code == 0);
     const Workplace untouched;
     check_refused(untouched, untouched.upscale("fsr1", {"--sharpness", "2"}), "from 0 to 1");
-    check_refused(untouched, untouched.upscale("bicubic", {"--sharpness", "0.5"}), "only fsr1");
+    check_refused(untouched, untouched.upscale("bicubic", {"--sharpness", "0.5"}), "bicubic has no option sharpness");
 }
 
 TEST_CASE("upscale sharpens and antialiases where it is told to") {
@@ -335,8 +335,8 @@ TEST_CASE("upscale --report says what was run, how well and with what") {
     CHECK(report["render_size"] == json{24, 16});
     CHECK(report["output_size"] == json{48, 32});
     CHECK(report["device"]["driver_version"].get<std::string>() == test_device().profile().driver_version);
-    CHECK(report["memory"]["arena"].get<size_t>() >= report["memory"]["live_at_worst"].get<size_t>());
-    CHECK(report["memory"]["live_at_worst"].get<size_t>() > 0);
+    CHECK(report["memory"]["arena"].get<size_t>() >= report["memory"]["peak_live_bytes"].get<size_t>());
+    CHECK(report["memory"]["peak_live_bytes"].get<size_t>() > 0);
     REQUIRE(report["stages"].size() > 3);
     for (const json& stage : report["stages"]) CHECK(stage["seconds"].get<double>() >= 0);
     REQUIRE(report["frames"].size() == frame_count);
@@ -910,12 +910,30 @@ TEST_CASE("models and model describe what there is") {
     CHECK(list.exit_code == 0);
     CHECK(contains(list.out, "bicubic"));
     const Outcome one = run_tool({"model", network});
+    CHECK_FALSE(contains(one.out, "options"));
     CHECK(one.exit_code == 0);
     CHECK(contains(one.out, "pipeline enss, scale 2"));
     CHECK(contains(one.out, "last.bias"));
+    const Outcome several = run_tool({"model", CLARUS_GOLDEN_DIR "/nsrr_x2_rgb.model.safetensors"});
+    CHECK(contains(several.out, "a whole number from 0 to 2, 2 unless told"));
     const Outcome none = run_tool({"model", "no-such-model"});
     CHECK(none.exit_code == 1);
     CHECK(contains(none.err, "no-such-model"));
+}
+
+TEST_CASE("what pipelines let choose is an option of upscale, and listed") {
+    const std::string help = run_tool({"upscale", "--help"}).out, list = run_tool({"models"}).out;
+    for (const char* flag : {"--sharpness", "--previous-frames"}) {
+        CAPTURE(std::string(flag));
+        CHECK(contains(help, flag));
+        CHECK(contains(list, flag));
+    }
+    CHECK(contains(list, "For fsr1, fsr2: "));
+    CHECK(contains(list, "from 0 to 1, 0.87 (fsr1), 0 (fsr2) unless told"));
+    CHECK(contains(list, "a whole number from 0 to 4, the model's unless told"));
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale("fsr2", {"--previous-frames", "1"}),
+                  "fsr2 has no option previous_frames; it has: sharpness");
 }
 
 TEST_CASE("models lists a damaged file with what is wrong, and goes on") {

@@ -226,13 +226,16 @@ TEST_CASE("EASU keeps a constant, and stays in the range of its nearest four tex
 
 TEST_CASE("only fsr1 and fsr2 take a sharpness, from 0 to 1" * doctest::test_suite("small")) {
     UpscalerOptions options;
-    options.sharpness = 0.5f;
+    options.pipeline_options["sharpness"] = 0.5;
     CHECK_NOTHROW(Upscaler(test_device(), Model::filter("fsr1", 2), {8, 8}, options));
     CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("bicubic", 2), {8, 8}, options),
-                         doctest::Contains("only fsr1"), Error);
-    for (const float wrong : {-0.1f, 1.1f, NAN}) {
-        options.sharpness = wrong;
+                         "bicubic has no option sharpness; it has: none", Error);
+    for (const double wrong : {-0.1, 1.1, std::nan("")}) {
+        options.pipeline_options["sharpness"] = wrong;
         CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("fsr1", 2), {8, 8}, options),
-                             doctest::Contains("from 0 to 1"), Error);
+                             doctest::Contains("of fsr1 it must be from 0 to 1"), Error);
     }
+    options.pipeline_options = {{"sharpnes", 0.5}};
+    CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("fsr2", 2), {8, 8}, options),
+                         doctest::Contains("no option sharpnes; it has: sharpness"), Error);
 }

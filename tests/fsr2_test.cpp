@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "clarus/upscaler.h"
@@ -335,9 +338,9 @@ TEST_CASE("fsr2 sharpens what it shows where it is told to" * doctest::test_suit
     const Size size{12, 8};
     std::vector<float> color(3 * 12 * 8), depth(12 * 8, 0.5f), motion(2 * 12 * 8, 0.0f);
     for (size_t i = 0; i < color.size(); ++i) color[i] = static_cast<float>(i * 7 % 11) / 11;
-    const auto shown = [&](std::optional<float> sharpness) {
+    const auto shown = [&](std::map<std::string, double> pipeline_options) {
         UpscalerOptions options;
-        options.sharpness = sharpness;
+        options.pipeline_options = std::move(pipeline_options);
         Upscaler upscaler(test_device(), Model::filter("fsr2", 2), size, options);
         std::vector<float> output(4 * color.size());
         FrameDescription frame;
@@ -348,6 +351,6 @@ TEST_CASE("fsr2 sharpens what it shows where it is told to" * doctest::test_suit
         upscaler.submit(frame).wait();
         return output;
     };
-    CHECK(shown({}) == shown(0.0f));
-    CHECK(shown({}) != shown(0.5f));
+    CHECK(shown({}) == shown({{"sharpness", 0}}));
+    CHECK(shown({}) != shown({{"sharpness", 0.5}}));
 }

@@ -36,7 +36,7 @@ TEST_CASE("NSRR on the smallest image agrees with the PyTorch network" * doctest
 
 TEST_CASE("NSRR with fewer previous frames than it has: the others' maps are zero" * doctest::test_suite("golden")) {
     UpscalerOptions options;
-    options.previous_frames = 1;
+    options.pipeline_options["previous_frames"] = 1;
     check_golden("nsrr_x3_used", options);
 }
 
@@ -45,7 +45,7 @@ TEST_CASE("NSRR without previous frames needs depth, but no motion" * doctest::t
     UpscalerOptions options;
     CHECK_FALSE(Upscaler(test_device(), alone.model, alone.render, options).needs_motion());
     CHECK(Upscaler(test_device(), model.model, model.render, options).needs_motion());
-    options.previous_frames = 0;
+    options.pipeline_options["previous_frames"] = 0;
     const Run result = run(model, options, 2);
     CHECK_FALSE(result.upscaler.needs_motion());
     CHECK(result.upscaler.needs_depth());
@@ -121,7 +121,7 @@ TEST_CASE("NSRR's memory is bounded") {
 
 TEST_CASE("an upscaler that shows nothing inside has no views of maps that there are not") {
     UpscalerOptions options;
-    options.previous_frames = 0;
+    options.pipeline_options["previous_frames"] = 0;
     const Golden golden("nsrr_x4");
     const Upscaler upscaler(test_device(), golden.model, golden.render, options);
     for (const std::string& name : upscaler.view_names()) CHECK((name != "weights" && name != "warped"));
@@ -129,10 +129,13 @@ TEST_CASE("an upscaler that shows nothing inside has no views of maps that there
 
 TEST_CASE("more previous frames than there are, and those of other pipelines, are refused") {
     UpscalerOptions options;
-    options.previous_frames = 3;
+    options.pipeline_options["previous_frames"] = 3;
     const Golden nsrr("nsrr_x2_rgb"), enss("enss_x2_1x1");
     const auto create = [&](const Model& model) { Upscaler(test_device(), model, {8, 8}, options); };
-    CHECK_THROWS_WITH_AS(create(nsrr.model), doctest::Contains("3 where"), Error);
+    REQUIRE(nsrr.model.options().size() == 1);
+    CHECK(nsrr.model.options()[0].usual == 2);
+    CHECK_THROWS_WITH_AS(create(nsrr.model),
+                         doctest::Contains("of nsrr_x2_rgb.model it must be a whole number from 0 to 2"), Error);
     CHECK_THROWS_WITH_AS(create(enss.model), doctest::Contains("previous_frames"), Error);
     CHECK_THROWS_WITH_AS(create(Model::filter("bicubic", 2)), doctest::Contains("previous_frames"), Error);
 }

@@ -1,7 +1,10 @@
 #include "api/build_graph.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/rounding.h"
@@ -13,17 +16,27 @@ namespace {
 // More is a mistake rather than an image.
 constexpr int kLargestSide = 1 << 15;
 
-// 2^-0.2: AMD's own is 0.2 stops below the most. FSR 2 leaves sharpening to be asked for.
-constexpr float kUsualSharpness = 0.87f;
+void check_option(const Model& model, const std::string& name, double value) {
+    const std::vector<PipelineOption>& all = model.options();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const PipelineOption& option) { return option.name == name; });
+    if (found == all.end()) {
+        std::string names;
+        for (const PipelineOption& option : all) names += (names.empty() ? "" : ", ") + option.name;
+        fail(ErrorKind::invalid_argument, "{} has no option {}; it has: {}", model.name(), name,
+             names.empty() ? "none" : names);
+    }
+    const bool inside = value >= found->smallest && value <= found->largest;
+    if (!inside || (found->whole && value != std::floor(value)))
+        fail(ErrorKind::invalid_argument, "option {} is {}; of {} it must be {}", name, value, model.name(),
+             found->range());
+}
 
-float sharpness(const Model& model, const UpscalerOptions& options) {
-    if (!options.sharpness) return model.pipeline() == "fsr1" ? kUsualSharpness : 0;
-    if (model.pipeline() != "fsr1" && model.pipeline() != "fsr2")
-        fail(ErrorKind::invalid_argument, "options.sharpness: {} is not sharpened; only fsr1 and fsr2 are",
-             model.name());
-    if (!(*options.sharpness >= 0 && *options.sharpness <= 1))
-        fail(ErrorKind::invalid_argument, "options.sharpness: {}; must be from 0 to 1", *options.sharpness);
-    return *options.sharpness;
+pipelines::PipelineOptions option_values(const Model& model, const UpscalerOptions& options) {
+    for (const auto& [name, value] : options.pipeline_options) check_option(model, name, value);
+    pipelines::PipelineOptions values = options.pipeline_options;
+    for (const PipelineOption& option : model.options()) values.try_emplace(option.name, option.usual);
+    return values;
 }
 
 }  // namespace
@@ -36,16 +49,11 @@ Size output_size(Size render, double scale) {
 }
 
 graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {
-    if (options.previous_frames && model.pipeline() != "nsrr")
-        fail(ErrorKind::invalid_argument,
-             "options.previous_frames: {} is of pipeline {}; only an nsrr model lets choose how many frames it uses",
-             model.name(), model.pipeline());
-    const pipelines::FilterSettings settings{model.scale(), render, output, sharpness(model, options)};
+    const pipelines::PipelineOptions values = option_values(model, options);
     for (const pipelines::FilterPipeline& filter : pipelines::filters())
-        if (filter.name == model.pipeline()) return filter.build(settings);
+        if (filter.name == model.pipeline()) return filter.build({model.scale(), render, output, values});
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
-        if (pipeline.name == model.pipeline())
-            return pipeline.build(*model.tensors(), model.scale(), render, {options.previous_frames});
+        if (pipeline.name == model.pipeline()) return pipeline.build(*model.tensors(), model.scale(), render, values);
     throw std::logic_error("a model was loaded for a pipeline that is not there");
 }
 

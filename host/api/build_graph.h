@@ -11,8 +11,8 @@ namespace clarus {
 /// from 1 to 2^15 on a side.
 Size output_size(Size render, double scale);
 
-/// What the model computes at this size. Errors: invalid_argument, naming the option, where the model has no use for
-/// one that is set.
+/// What the model computes at this size. Errors: invalid_argument, naming the model and the pipeline's option that it
+/// does not have or that is out of range.
 graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options = {});
 
 }  // namespace clarus

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/error.h"
 #include "clarus/clarus.h"
 #include "clarus/error.h"
 #include "clarus/interpolator.h"
@@ -88,23 +89,12 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
-    if (!(from.sharpness < 0)) options.sharpness = from.sharpness;
-    if (from.previous_frames >= 0) options.previous_frames = from.previous_frames;
-    return options;
-}
-
-clarus::InterpolatorOptions interpolator_options_from(const clarus_options& from) {
-    const clarus::UpscalerOptions given = options_from(from);
-    clarus::InterpolatorOptions options;
-    options.precision = given.precision;
-    options.tuning = given.tuning;
-    options.color_space = given.color_space;
-    options.depth = given.depth;
-    options.motion = given.motion;
-    options.color_format = given.color_format;
-    options.depth_format = given.depth_format;
-    options.motion_format = given.motion_format;
-    options.output_format = given.output_format;
+    for (size_t i = 0; i < from.pipeline_option_count; ++i) {
+        const clarus_pipeline_option& option = from.pipeline_options[i];
+        if (!option.name)
+            clarus::fail(clarus::ErrorKind::invalid_argument, "options.pipeline_options[{}] has no name", i);
+        options.pipeline_options[option.name] = option.value;
+    }
     return options;
 }
 
@@ -131,7 +121,7 @@ void hand_out(const clarus::FrameEvent& event, cl_event* done) {
 }
 
 clarus_memory memory(const clarus::MemoryRequirements& from) {
-    return {from.weights, from.arena, from.live_at_worst, from.staging};
+    return {from.weights, from.arena, from.peak_live_bytes, from.staging};
 }
 
 }  // namespace
@@ -167,6 +157,13 @@ void clarus_model_scales(const clarus_model* model, double* smallest, double* la
     *largest = scales.largest;
 }
 
+size_t clarus_model_option_count(const clarus_model* model) { return model->model.options().size(); }
+
+clarus_option_description clarus_model_option(const clarus_model* model, size_t index) {
+    const clarus::PipelineOption& option = model->model.options()[index];
+    return {option.name.c_str(), option.help.c_str(), option.smallest, option.largest, option.usual, option.whole};
+}
+
 void clarus_model_release(clarus_model* model) { delete model; }
 
 clarus_options clarus_default_options(void) {
@@ -178,8 +175,6 @@ clarus_options clarus_default_options(void) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
-    options.sharpness = -1;
-    options.previous_frames = -1;
     return options;
 }
 
@@ -234,10 +229,9 @@ clarus_status clarus_interpolator_create(const clarus_device* device, int render
                                          clarus_interpolator** interpolator) {
     return guarded([&] {
         const clarus_options used = options ? *options : clarus_default_options();
-        *interpolator = new clarus_interpolator{
-            clarus::Interpolator(device->device, {render_width, render_height}, {output_width, output_height},
-                                 interpolator_options_from(used)),
-            {}};
+        *interpolator = new clarus_interpolator{clarus::Interpolator(device->device, {render_width, render_height},
+                                                                     {output_width, output_height}, options_from(used)),
+                                                {}};
     });
 }
 

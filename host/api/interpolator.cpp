@@ -44,16 +44,7 @@ graph::Graph build(Size render, Size output, double scale) {
 
 UpscalerOptions stream_options(const InterpolatorOptions& options) {
     UpscalerOptions result;
-    result.precision = options.precision;
-    result.tuning = options.tuning;
-    result.color_space = options.color_space;
-    result.depth = options.depth;
-    result.motion = options.motion;
-    result.color_format = options.color_format;
-    result.depth_format = options.depth_format;
-    result.motion_format = options.motion_format;
-    result.output_format = options.output_format;
-    result.profile = options.profile;
+    static_cast<StreamOptions&>(result) = options;
     return result;
 }
 

@@ -1,5 +1,7 @@
 #include "clarus/model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -7,6 +9,7 @@
 #include <limits>
 #include <sstream>
 
+#include "api/build_graph.h"
 #include "base/error.h"
 #include "io/safetensors.h"
 #include "pipelines/pipeline.h"
@@ -62,6 +65,7 @@ struct Model::State {
     ScaleRange scales{1, 1};
     std::optional<io::Safetensors> tensors;
     std::map<std::string, std::string> metadata;
+    std::vector<PipelineOption> options;
 };
 
 namespace {
@@ -92,7 +96,20 @@ ScaleRange scales_of(const io::Safetensors& tensors, const pipelines::Pipeline& 
     return {scale, scale};
 }
 
+std::vector<PipelineOption> options_of(const io::Safetensors& tensors, const pipelines::Pipeline& pipeline) {
+    std::vector<PipelineOption> options = pipeline.options;
+    for (PipelineOption& option : options)
+        if (option.limited_by_model)
+            option.largest = option.usual = tensors.require_integer(option.name, static_cast<int>(option.smallest),
+                                                                    static_cast<int>(option.largest));
+    return options;
+}
+
 }  // namespace
+
+std::string PipelineOption::range() const {
+    return fmt::format("{}from {:g} to {:g}", whole ? "a whole number " : "", smallest, largest);
+}
 
 Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
@@ -106,20 +123,24 @@ Model Model::load(const std::string& path, double scale) {
         fail(ErrorKind::invalid_argument, "{}: scale {}; this model's are from {} to {}", path, scale,
              state->scales.smallest, state->scales.largest);
     state->metadata = state->tensors->metadata();
+    state->options = options_of(*state->tensors, pipeline);
+    Model model(std::move(state));
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
-    pipeline.build(*state->tensors, state->scale, {8, 8}, {});
-    return Model(std::move(state));
+    constexpr Size kSmall{8, 8};
+    build_graph(model, kSmall, output_size(kSmall, model.scale()));
+    return model;
 }
 
 Model Model::filter(const std::string& name, double scale) {
-    if (!find_named(pipelines::filters(), name))
-        fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
+    const pipelines::FilterPipeline* filter = find_named(pipelines::filters(), name);
+    if (!filter) fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
     if (!std::isfinite(scale) || scale < 1)
         fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is at least 1", scale);
     auto state = std::make_shared<State>();
     state->name = state->pipeline = name;
     state->scale = scale;
     state->scales = {1, std::numeric_limits<double>::infinity()};
+    state->options = filter->options;
     return Model(std::move(state));
 }
 
@@ -146,6 +167,7 @@ const std::string& Model::pipeline() const { return state_->pipeline; }
 double Model::scale() const { return state_->scale; }
 ScaleRange Model::scales() const { return state_->scales; }
 const std::map<std::string, std::string>& Model::metadata() const { return state_->metadata; }
+const std::vector<PipelineOption>& Model::options() const { return state_->options; }
 const io::Safetensors* Model::tensors() const { return state_->tensors ? &*state_->tensors : nullptr; }
 
 }  // namespace clarus

@@ -58,7 +58,7 @@ MemoryRequirements Stream::memory_requirements() const {
     MemoryRequirements requirements;
     requirements.weights = plan_->weight_bytes;
     requirements.arena = plan_->memory.bytes;
-    requirements.live_at_worst = plan_->memory.live_at_worst;
+    requirements.peak_live_bytes = plan_->memory.peak_live_bytes;
     requirements.staging = runtime::Executor::staging_bytes(*plan_, options_);
     return requirements;
 }
@@ -100,8 +100,10 @@ Upscaler::View Stream::view(const std::string& name) const {
     if (found == graph.views.end())
         fail(ErrorKind::invalid_argument, "view \"{}\" was not asked for in UpscalerOptions::views", name);
     const graph::Shape& shape = graph.shape(found->second);
-    return {
-        {shape.width, shape.height}, shape.channels, executor_->read(found->second), graph.map_views.contains(name)};
+    return {{shape.width, shape.height},
+            shape.channels,
+            executor_->read(found->second),
+            graph.views_by_channel.contains(name)};
 }
 
 double Stream::largest_jitter_distance() const { return executor_ ? executor_->largest_jitter_distance() : 0; }

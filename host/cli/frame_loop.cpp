@@ -113,15 +113,10 @@ class FrameLoop {
 
     static FrameDescription description(Slot& slot) {
         FrameDescription frame;
+        static_cast<FrameParameters&>(frame) = *slot.files;
         frame.color = image(slot.input.color);
         frame.depth = image(slot.input.depth);
         frame.motion = image(slot.input.motion);
-        frame.jitter = slot.files->jitter;
-        frame.exposure = slot.files->exposure;
-        frame.near_plane = slot.files->near_plane;
-        frame.far_plane = slot.files->far_plane;
-        frame.reset = slot.files->reset;
-        frame.camera = slot.files->camera;
         return frame;
     }
 

@@ -8,6 +8,7 @@
 #include "clarus/error.h"
 #include "clarus/model.h"
 #include "cli/commands.h"
+#include "cli/pipeline_options.h"
 #include "io/safetensors.h"
 
 namespace clarus::cli {
@@ -45,6 +46,15 @@ void print_models() {
             fmt::print("{:<16}  {}\n", name, error.what());
         }
     }
+    fmt::print("\noptions of pipelines, for clarus upscale\n");
+    for (const PipelineFlag& flag : pipeline_flags()) fmt::print("  {:<18}  {}\n", flag.flag, flag.help);
+}
+
+void print_options(const Model& model) {
+    if (model.options().empty()) return;
+    fmt::print("\noptions\n");
+    for (const PipelineOption& option : model.options())
+        fmt::print("  {}: {}; {}, {:g} unless told\n", option.name, option.help, option.range(), option.usual);
 }
 
 void print_model(const std::string& name) {
@@ -53,6 +63,7 @@ void print_model(const std::string& name) {
     const io::Safetensors* tensors = model.tensors();
     if (!tensors) {
         fmt::print("A filter; --scale may be any number from 1.\n");
+        print_options(model);
         return;
     }
     if (!model.scales().is_single())
@@ -60,6 +71,7 @@ void print_model(const std::string& name) {
                    model.scales().smallest, model.scales().largest);
     fmt::print("file: {}\n\nmetadata\n", tensors->path().string());
     for (const auto& [key, value] : model.metadata()) fmt::print("  {}: {}\n", key, value);
+    print_options(model);
     fmt::print("\ntensors\n");
     for (const auto& [tensor_name, tensor] : tensors->tensors())
         fmt::print("  {:<16}  {}  [{}]\n", tensor_name, name_of(tensor.type), fmt::join(tensor.shape, ", "));
@@ -69,7 +81,8 @@ void print_model(const std::string& name) {
 }  // namespace
 
 void add_models_command(CLI::App& app) {
-    CLI::App& command = *app.add_subcommand("models", "List the shipped models and the filters");
+    CLI::App& command =
+        *app.add_subcommand("models", "List the shipped models and the filters, and the options they have");
     command.footer("Models are also looked for in the folders that CLARUS_MODEL_PATH names, separated by ':'.");
     command.callback(print_models);
 }

@@ -59,9 +59,9 @@ void TakenFiles::take(const std::string& option, const std::filesystem::path& fi
              file.string());
 }
 
-void keep_what_there_is(const std::filesystem::path& sequence_path, const io::Sequence& sequence, const Model& model,
-                        const FrameOutput& output, const std::filesystem::path& report,
-                        const std::filesystem::path& trace) {
+void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const io::Sequence& sequence,
+                               const Model& model, const FrameOutput& output, const std::filesystem::path& report,
+                               const std::filesystem::path& trace) {
     if (folders_of(images_of(sequence)).contains(resolved(output.folder)))
         fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
              output.folder.string());

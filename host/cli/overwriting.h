@@ -34,8 +34,8 @@ class TakenFiles {
 /// Refuses what would replace something that the run reads or also writes, or lie among the sequence's own files, of
 /// which --frames may have left some out. `sequence_path` as it was given; `report` and `trace` empty where they are
 /// not written. Errors: invalid_argument, naming the option.
-void keep_what_there_is(const std::filesystem::path& sequence_path, const io::Sequence& sequence, const Model& model,
-                        const FrameOutput& output, const std::filesystem::path& report,
-                        const std::filesystem::path& trace);
+void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const io::Sequence& sequence,
+                               const Model& model, const FrameOutput& output, const std::filesystem::path& report,
+                               const std::filesystem::path& trace);
 
 }  // namespace clarus::cli

@@ -68,7 +68,7 @@ void RunReport::write_json(const std::filesystem::path& path) const {
         {"memory",
          {{"weights", memory.weights},
           {"arena", memory.arena},
-          {"live_at_worst", memory.live_at_worst},
+          {"peak_live_bytes", memory.peak_live_bytes},
           {"staging", memory.staging},
           {"total", memory.total()}}},
         {"programs_compiled", programs_compiled},

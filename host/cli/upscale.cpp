@@ -17,6 +17,7 @@
 #include "cli/frame_loop.h"
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
+#include "cli/pipeline_options.h"
 #include "cli/progress.h"
 #include "cli/run_report.h"
 #include "cli/sequence_options.h"
@@ -35,19 +36,14 @@ struct UpscaleOptions {
     SequenceOptions sequence;
     std::string model;
     std::optional<double> scale;
-    std::optional<float> sharpness;
     std::filesystem::path output;
     std::string device = "auto";
-    Precision precision = Precision::fp32;
-    Tuning tuning = Tuning::stored;
+    UpscalerOptions settings;  // but for what the sequence says
     std::optional<Format> format;
     int png_compression = 1;
-    Antialiasing antialias = Antialiasing::none, antialias_input = Antialiasing::none;
-    float sharpen = 0;
-    std::optional<int> previous_frames;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
-    bool profile = false;
+    bool print_profile = false;
     std::filesystem::path trace, report;
 };
 
@@ -87,29 +83,11 @@ Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
 }
 
 UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence) {
-    UpscalerOptions result;
-    result.precision = options.precision;
-    result.tuning = options.tuning;
-    result.sharpness = options.sharpness;
+    UpscalerOptions result = options.settings;
     result.color_space = sequence.color_space;
-    result.antialias_input = options.antialias_input;
-    result.antialias = options.antialias;
-    result.sharpen = options.sharpen;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
-    result.previous_frames = options.previous_frames;
-    result.profile = options.profile || !options.trace.empty() || !options.report.empty();
-    return result;
-}
-
-InterpolatorOptions interpolator_options(const UpscalerOptions& options) {
-    InterpolatorOptions result;
-    result.precision = options.precision;
-    result.tuning = options.tuning;
-    result.color_space = options.color_space;
-    result.depth = options.depth;
-    result.motion = options.motion;
-    result.profile = options.profile;
+    result.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     return result;
 }
 
@@ -158,7 +136,7 @@ void upscale(const UpscaleOptions& options) {
     Upscaler upscaler(device, model, sequence.render_size, settings);
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled)
-        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
+        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), settings);
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const FrameOutput output{options.output,
                              format == Format::exr ? ".exr" : ".png",
@@ -166,7 +144,7 @@ void upscale(const UpscaleOptions& options) {
                              model.scale() == sequence.scale,
                              interpolator.has_value(),
                              options.png_compression};
-    keep_what_there_is(options.sequence.path, sequence, model, output, options.report, options.trace);
+    refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
 
@@ -203,7 +181,7 @@ void upscale(const UpscaleOptions& options) {
                            .frames = std::move(frames),
                            .stages = std::move(stages)};
     report.print_summary();
-    if (options.profile) report.print_stages();
+    if (options.print_profile) report.print_stages();
     if (!options.report.empty()) report.write_json(options.report);
     if (!options.trace.empty()) {
         std::vector<std::string> names;
@@ -232,16 +210,13 @@ void add_upscale_command(CLI::App& app) {
                     "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
                     "their range")
         ->type_name("S");
-    command
-        .add_option("--sharpness", options->sharpness,
-                    "For fsr1 and fsr2: from 0, which sharpens nothing, to 1; 0.87 (fsr1) or 0 unless told")
-        ->type_name("S");
+    add_pipeline_options(command, options->settings.pipeline_options);
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(
-        command, "--precision", options->precision,
+        command, "--precision", options->settings.precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
         "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
-    add_choice<Tuning, Tuning>(command, "--tuning", options->tuning,
+    add_choice<Tuning, Tuning>(command, "--tuning", options->settings.tuning,
                                {{"stored", Tuning::stored},
                                 {"measure", Tuning::measure},
                                 {"fixed", Tuning::fixed},
@@ -258,20 +233,17 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("LEVEL")
         ->check(CLI::Range(0, 9))
         ->capture_default_str();
-    add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->antialias, {{"mlaa", Antialiasing::mlaa}},
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->settings.antialias,
+                                           {{"mlaa", Antialiasing::mlaa}},
                                            "Antialias what the model shows, morphologically");
-    add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->antialias_input,
+    add_choice<Antialiasing, Antialiasing>(command, "--antialias-input", options->settings.antialias_input,
                                            {{"mlaa", Antialiasing::mlaa}}, "Antialias the colour that the model sees");
     command
-        .add_option("--sharpen", options->sharpen,
+        .add_option("--sharpen", options->settings.sharpen,
                     "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")
         ->type_name("BETA")
         ->expected(0, 1)
         ->default_str("0.15");
-    command
-        .add_option("--previous-frames", options->previous_frames,
-                    "For NSRR: use so many previous frames instead of all that the model was trained with")
-        ->type_name("K");
     add_choice<FrameRate, FrameRate>(command, "--frame-rate", options->frame_rate, {{"x2", FrameRate::doubled}},
                                      "Also make the picture between each frame and the one before it, FRAME-before, "
                                      "from motion and depth");
@@ -281,7 +253,7 @@ void add_upscale_command(CLI::App& app) {
                     "prints the names. May be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
-    command.add_flag("--profile", options->profile, "Print the time, GFLOP/s and GB/s of every stage");
+    command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");
     command.add_option("--trace", options->trace, "Write a Chrome trace (chrome://tracing, ui.perfetto.dev)")
         ->type_name("FILE");
     command

@@ -45,29 +45,25 @@ class Inputs {
             first += graph_.shape(image).channels;
         }
         // Samples last.
-        std::stable_partition(result.begin(), result.end(),
-                              [&](const Part& each) { return !shows_samples(each.image); });
+        std::stable_partition(result.begin(), result.end(), [&](const Part& each) { return !is_sparse(each.image); });
         return is_gain(result, graph_.shape(input)) && is_readable(result) ? result : std::vector<Part>();
     }
 
-    bool shows_samples(Value value) const {
-        const Node& node = graph_.nodes[value];
-        return is<ZeroUpsample>(node) || (is<Slice>(node) && shows_samples(node.inputs[0]));
-    }
+    bool is_sparse(Value value) const { return stored_pixels(graph_, value) == Pixels::samples; }
 
   private:
     Part part(Value value) const {
         const Node& node = graph_.nodes[value];
         if (!uses_.only_one(value)) return {value};
         const auto* upsample = std::get_if<Upsample>(&node.op);
-        if (upsample && upsample->scale == 2 && upsample->shift == Shift::none && is_stored_image(node.inputs[0]))
+        if (upsample && upsample->scale == 2 && upsample->shift == Shift::none && is_whole_feature(node.inputs[0]))
             return {node.inputs[0], Reading::upsampled};
-        if (is<MaxPool>(node) && is_stored_image(node.inputs[0])) return {node.inputs[0], Reading::pooled};
+        if (is<MaxPool>(node) && is_whole_feature(node.inputs[0])) return {node.inputs[0], Reading::pooled};
         if (const auto* program = std::get_if<Pointwise>(&node.op)) {
             if (program->steps.empty() && node.inputs.size() == 1) {
                 // Its image, made larger.
                 const Part inner = part(node.inputs[0]);
-                return inner.reading == Reading::whole && is_image(inner.image) ? inner : Part{value};
+                return inner.reading == Reading::whole && is_feature(inner.image) ? inner : Part{value};
             }
             if (const auto weighted = product(node, *program)) return *weighted;
         }
@@ -80,35 +76,35 @@ class Inputs {
         if (!only_product) return {};
         auto [image, factor] = std::pair(node.inputs[0], node.inputs[1]);
         if (graph_.shape(factor).channels != 1) std::swap(image, factor);
-        if (graph_.shape(factor).channels != 1 || !is_stored_image(image) || !is_stored_image(factor)) return {};
+        if (graph_.shape(factor).channels != 1 || !is_whole_feature(image) || !is_whole_feature(factor)) return {};
         return Part{image, Reading::whole, factor};
     }
 
-    /// An image that is not zero-upsampled.
-    bool is_stored_image(Value value) const { return is_image(value) && !shows_samples(value); }
+    /// A feature that is not zero-upsampled.
+    bool is_whole_feature(Value value) const { return is_feature(value) && !is_sparse(value); }
 
-    /// Stored as all images are, unlike motion vectors and depth; and of this frame.
-    bool is_image(Value value) const {
+    /// What the kernels can read in place; of a view, what it shows must be, and neither in blocks nor in tiles.
+    bool is_feature(Value value) const {
         const Node& node = graph_.nodes[value];
-        if (is<Slice>(node) || is<ZeroUpsample>(node)) return is_image(node.inputs[0]);
-        return is<Convolution>(node) || is<Pointwise>(node) || is<Warp>(node) || is<Upsample>(node) ||
-               is<MaxPool>(node) || is<Concat>(node);
+        const Traits known = traits(node.op);
+        if (known.memory != Memory::aliases) return known.stored == Stored::feature;
+        return known.placement.block == 1 && known.placement.pixels != Pixels::tiles && is_feature(node.inputs[0]);
     }
 
     bool is_gain(const std::vector<Part>& parts, const Shape& input) const {
         return std::any_of(parts.begin(), parts.end(), [&](const Part& part) {
             const Shape& shape = graph_.shape(part.image);
-            return part.reading != Reading::whole || part.factor || shows_samples(part.image) ||
+            return part.reading != Reading::whole || part.factor || is_sparse(part.image) ||
                    shape.width != input.width || shape.height != input.height;
         });
     }
 
     bool is_readable(const std::vector<Part>& parts) const {
-        const auto samples = [&](const Part& part) { return shows_samples(part.image); };
+        const auto samples = [&](const Part& part) { return is_sparse(part.image); };
         const auto in_quads = [&](const Part& part) { return graph_.shape(part.image).channels % kQuad == 0; };
         return parts.size() <= kMostParts && std::count_if(parts.begin(), parts.end(), samples) <= 1 &&
                std::all_of(parts.begin(), parts.end() - 1, in_quads) &&
-               std::all_of(parts.begin(), parts.end(), [&](const Part& part) { return is_image(part.image); });
+               std::all_of(parts.begin(), parts.end(), [&](const Part& part) { return is_feature(part.image); });
     }
 
     const Graph& graph_;
@@ -132,7 +128,7 @@ Graph fuse_convolution_inputs(const Graph& graph) {
         const std::vector<Part> parts = inputs.parts(node);
         if (parts.empty()) continue;
         auto& convolution = std::get<Convolution>(node.op);
-        if (inputs.shows_samples(parts.back().image))
+        if (inputs.is_sparse(parts.back().image))
             put_last(result.parameters[convolution.parameters], parts.back().first,
                      graph.shape(parts.back().image).channels);
         const Shape& shape = graph.shape(node.inputs[0]);

@@ -76,9 +76,9 @@ class Graph {
     std::vector<Parameters> parameters;
     std::optional<JitterKernels> jitter_kernels;
     std::vector<State> states;
-    std::map<std::string, Value> views;  // what can be looked at, by name
-    std::set<std::string> map_views;     // those whose channels are pictures of their own, however many they are
-    Value output = -1;                   // display-encoded colour, 3 channels
+    std::map<std::string, Value> views;      // what can be looked at, by name
+    std::set<std::string> views_by_channel;  // those of which each channel is a picture
+    Value output = -1;                       // display-encoded colour, 3 channels
 
     const Shape& shape(Value value) const { return nodes[value].shape; }
 
@@ -166,13 +166,14 @@ class Graph {
     Value add(Operator op, std::vector<Value> inputs, Shape shape, std::string name);
 };
 
-/// Whether no kernel makes such a node's value: it shows others, or a memory of the frame before.
-bool is_view(const Operator& op);
-
-/// Whether such a node's result is written into the memory of its first input, which nothing else reads afterwards.
-bool is_in_place(const Operator& op);
-
 /// Floating-point operations (multiply and add are two) of a node's plain definition.
 double operations(const Graph& graph, const Node& node);
+
+/// The rows of input `position` that rows of the node's result are made of, within the input. Only of an operator that
+/// does not read any rows.
+Rows rows_read(const Graph& graph, const Node& node, size_t position, Rows rows);
+
+/// Which pixels of a value are stored. Views hand on what they show.
+Pixels stored_pixels(const Graph& graph, Value value);
 
 }  // namespace clarus::graph

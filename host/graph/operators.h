@@ -3,6 +3,9 @@
 #include <variant>
 #include <vector>
 
+#include "base/rounding.h"
+#include "graph/traits.h"
+
 /// The operators of pipelines.md as plain data. An operator's inputs, in order, and its result are documented here; the
 /// definitions are the spec's.
 namespace clarus::graph {
@@ -13,6 +16,9 @@ enum class Resource { color, depth, motion };
 /// display-encoded), depth (1) or motion (2, render pixels, NaN where invalid).
 struct Input {
     Resource resource;
+    Traits traits() const {
+        return {Memory::ingested, resource == Resource::color ? Stored::image : Stored::f32, Pixels::all, kAnyRows, 0};
+    }
 };
 
 enum class FrameScalar { jitter_x, jitter_y, scale };
@@ -20,10 +26,13 @@ enum class FrameScalar { jitter_x, jitter_y, scale };
 /// A plane that holds a number of the frame's everywhere.
 struct Plane {
     FrameScalar scalar;
+    Traits traits() const { return {Memory::ingested, Stored::image, Pixels::all, kAnyRows, 0}; }
 };
 
 /// Last frame's value of a state; zero before the first. Which value it becomes: Graph::carry.
-struct Previous {};
+struct Previous {
+    Traits traits() const { return {Memory::previous, Stored::as_input, Pixels::all, kAnyRows, 0}; }
+};
 
 /// Which jitter shifts the source grid of an upsampling: none, the frame's J, or J_m of the motion vectors.
 enum class Shift { none, jitter, motion_jitter };
@@ -32,39 +41,53 @@ enum class Shift { none, jitter, motion_jitter };
 struct Upsample {
     int scale;
     Shift shift;
+    // Operations: four products, three sums.
+    Traits traits() const { return {Memory::own, Stored::feature, Pixels::all, rows_of_upsampling, 7}; }
 };
 
 /// s · upsample(m, s, J_m). Input: motion. Result: 2 channels in HR pixels, NaN where an invalid vector counts: one of
 /// the four taps whose weight along each axis exceeds 10⁻³.
 struct UpsampleMotion {
     int scale;
+    // Operations: as Upsample.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 7}; }
 };
 
 /// Filters without a network (pipelines/filters/README.md).
 enum class Filter { nearest, bilinear, bicubic, lanczos };
+double operations_an_element(Filter filter);
 
 /// An image by a filter at any real scale, clamped to [0, 1]. Input: an image of values in [0, 1].
 struct Resample {
     Filter filter;
     double scale;
     Shift shift = Shift::jitter;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, operations_an_element(filter)}; }
 };
 
 /// EASU, the first pass of FSR 1, at any real scale, aware of the jitter. Input: colour.
 struct Easu {
     double scale;
+    // Operations: of it, 12 weights at 19 serve 3 channels.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 110}; }
 };
 
 /// RCAS, the second pass of FSR 1, its lobe times `sharpness`. Input: colour.
 struct Rcas {
     float sharpness;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 22}; }
 };
 
+inline constexpr int kDilationBlock = 8;
 /// dilate(m, d, s). Inputs: motion, depth. Result: 2 channels, one vector (in HR pixels) for each 8×8 block.
 struct Dilate {
     int scale;
+    Traits traits() const {
+        const int side = ceil_divide(kDilationBlock, scale);
+        const double nearest_of_block = side * side - 1;  // for two elements, with a product each
+        return {Memory::own, Stored::f32, Pixels::all, kAnyRows, nearest_of_block / 2 + 1};
+    }
 };
-inline constexpr int kDilationBlock = 8;
 
 enum class Border { clamp, zero };
 
@@ -76,11 +99,14 @@ struct Warp {
     Border border;
     int motion_block;
     int fallback_scale;
+    // Operations: as Upsample.
+    Traits traits() const { return {Memory::own, Stored::feature, Pixels::samples, kAnyRows, 7}; }
 };
 
 /// A plane that is `value` everywhere, stored as float.
 struct Fill {
     float value;
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 0}; }
 };
 
 // Checked history and held range: docs/history.md.
@@ -91,19 +117,28 @@ struct Fill {
 /// seen.
 struct PreviousDepth {
     float share = 1;
+    // Operations: where it lands 12, four weights 6, two comparisons for each.
+    Traits traits() const { return {Memory::in_place, Stored::f32, Pixels::all, kAnyRows, 26}; }
 };
 
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
-struct CheckedMotion {};
+struct CheckedMotion {
+    // Operations: of 114 a pixel: nine companions 36, to which four pixels are compared 48, depths 12, weights 18.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 57}; }
+};
 
 /// validity(m). Input: motion. Result: 1 channel, 0 everywhere in a reset frame.
-struct Validity {};
+struct Validity {
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 2}; }
+};
 
 /// reproject(m, d, s) at any real scale from 1, aware of J_m. Inputs: motion, depth. Result: 2 channels in HR pixels,
 /// NaN where there is no history.
 struct Reproject {
     double scale;
+    // Operations: as Upsample.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 7}; }
 };
 
 /// What `hold` confines colours to. Inputs: colour, HR history, of whose channels the first three count. Result, at
@@ -111,9 +146,12 @@ struct Reproject {
 /// where the history is outside of them, else 0 (6).
 struct Range {
     int scale;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 4}; }
 };
 /// 1 where the history of most of the pixels around is inside its range, else 0. Input: a Range's result.
-struct Believed {};
+struct Believed {
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 10}; }
+};
 
 // The frame between two: docs/interpolate.md.
 
@@ -121,19 +159,26 @@ struct Believed {};
 /// motion, depth, landed depth. Result: 1 channel at render resolution, stored as float: numbers of pixels, row by row.
 struct LandedSource {
     float share;
+    // Operations: as PreviousDepth, three comparisons for each weight.
+    Traits traits() const { return {Memory::in_place, Stored::f32, Pixels::all, kAnyRows, 30}; }
 };
 /// Beyond the number of any pixel; whole numbers up to it are floats.
 inline constexpr int kNoSource = 1 << 24;
 
 /// middle_motion(m, d, S). Inputs: motion, depth, landed source. Result: kMiddle channels at render resolution, stored
 /// as float: motion, depth, and who shows the pixel, this frame (0), the previous one (1), or nobody knows (½).
-struct MiddleMotion {};
+struct MiddleMotion {
+    // Operations: nine comparisons a pixel where no hole is near.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 2.25}; }
+};
 inline constexpr int kMiddle = 4;
 
 /// between(M, I, I') at any real scale from 1; I in a reset frame. Inputs: middle motion, this frame's colour at output
 /// resolution, the previous frame's.
 struct Between {
     double scale;
+    // Operations: twenty taps of two images, seven for both.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 47}; }
 };
 
 // The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
@@ -142,16 +187,23 @@ struct Between {
 /// real scale from 1. Inputs: history, motion in HR pixels (a vector for each), colour.
 struct WarpSharply {
     double scale;
+    // Operations: twelve taps.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 25}; }
 };
 
 /// sense(past, d, J) at any real scale. Inputs: past, depth. Result: 9 channels at render resolution.
-struct Sense {};
+struct Sense {
+    // Operations: five look-ups.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 15}; }
+};
 inline constexpr int kSensed = 9;
 
 /// compose(colour, past, p, s, J) at any real scale from 1. Inputs: colour, past, p (17 channels at render resolution).
 /// Result: the new history.
 struct Compose {
     double scale;
+    // Operations: nine taps at 20, 76 for what follows.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 64}; }
 };
 inline constexpr int kComposeParameters = 17;
 
@@ -159,49 +211,67 @@ inline constexpr int kComposeParameters = 17;
 
 /// residual(colour, past, J) at any real scale. Inputs: colour, past. Result: 3 channels at render resolution, in
 /// YCoCg.
-struct Residual {};
+struct Residual {
+    // Operations: a look-up, two conversions.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 14}; }
+};
 /// trust(D, c, s) at any real scale. Inputs: residual, checked motion. Result: 1 channel at render resolution, from 0
 /// to 1.
 struct Trust {
     double scale;
+    // Operations: 10 columns' sums of 3 channels, 40 more.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 140}; }
 };
 /// collect(colour, past, t, M, s, J) at any real scale from 1. Inputs: colour, past, trust, motion in HR pixels (a
 /// vector for each). Result: the new history.
 struct Collect {
     double scale;
+    // Operations: nine taps at 24, 44 for what follows.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 65}; }
 };
 
 /// pick(I, s, J). Input: HR image. Result: its pixels at the frame's sample position, at render resolution.
 struct Pick {
     int scale;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 0}; }
 };
 /// place(I, x, s, J). Inputs: HR image, LR samples of as many channels.
 struct Place {
     int scale;
+    Traits traits() const { return {Memory::in_place, Stored::image, Pixels::all, kAnyRows, 0}; }
 };
 /// avgpool_s. Input: image.
 struct AveragePool {
     int scale;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, scale * scale}; }
 };
 
 /// MNSS's step 6: 3×3, −amount at the corners, 1 + 4 · amount in the middle, border clamp, the result clamped to [0,
 /// 1].
 struct Sharpen {
     float amount;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 6}; }
 };
 
 /// SRPO's mask: where an offset, rounded half up, is not 0, blurred (Gaussian, σ = 1, radius 3, border zero). Input:
 /// raw offsets, 2 channels. Result: 1 channel.
-struct OffsetMask {};
+struct OffsetMask {
+    // Operations: twice seven products, six sums.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 26}; }
+};
 
 /// SRPO's steps 2 and 4: mask · O + (1 − mask) · interpolated, with O(X, Y) the colour at render pixel (⌊X/s⌋ + ox,
 /// ⌊Y/s⌋ + oy), clamped to the image. Inputs: colour, raw offsets (rounded half up here), mask, interpolated image.
 struct Project {
     int scale;
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 3}; }
 };
 
 /// Morphological antialiasing: see kernels/mlaa.cl. Input: image of 3 channels.
-struct Mlaa {};
+struct Mlaa {
+    // Operations: four neighbours compared where no edge is near.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 8}; }
+};
 /// Neighbouring pixels that differ by as much in a channel have an edge between them: Reshetov compares four bits.
 inline constexpr float kMlaaThreshold = 1 / 16.0f;
 /// How far along an edge its end is looked for, in pixels.
@@ -209,57 +279,95 @@ inline constexpr int kMlaaReach = 64;
 /// Every pixel as a tile of scale × scale pixels. A view, for pointwise programs alone: each is stored once.
 struct Tiles {
     int scale;
+    Traits traits() const {
+        const Placement placement{.scale = scale, .pixels = Pixels::tiles};
+        return {Memory::aliases, Stored::as_input, Pixels::all, rows_of_squares, 0, placement};
+    }
 };
 /// zero_upsample(x, s, J). A view: the zeros are never stored.
 struct ZeroUpsample {
     int scale;
+    Traits traits() const {
+        const Placement placement{.scale = scale, .pixels = Pixels::samples};
+        return {Memory::aliases, Stored::as_input, Pixels::all, rows_of_squares, 0, placement};
+    }
 };
 
 /// maxpool_2. Input: an image whose sides are even.
-struct MaxPool {};
+struct MaxPool {
+    Traits traits() const { return {Memory::own, Stored::feature, Pixels::all, rows_of_pooling, 3}; }
+};
 
 /// Radiance of display-encoded colours (docs/nss.md), of which `white` is display white's, from 1 to infinity. Input:
 /// colour.
 struct Radiance {
     double white;
+    // Operations: the curve 8, the gain 3.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 11}; }
 };
 /// The inverse of Radiance. Input: radiance.
 struct Display {
     double white;
+    // Operations: as Radiance.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 11}; }
 };
 
 /// The plane of farthest depth that NssScatter begins with, half as large as the depth, at least one pixel along each
 /// axis. Input: depth.
-struct NssFar {};
+struct NssFar {
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 0}; }
+};
 /// NSS's depth in the previous frame. Inputs: the plane of NssFar, whose memory it takes, depth, motion.
-struct NssScatter {};
+struct NssScatter {
+    // Operations: the nearest of four 3, where it lands 14, four weights 6, two comparisons for each.
+    Traits traits() const { return {Memory::in_place, Stored::f32, Pixels::all, kAnyRows, 31}; }
+};
 /// NSS's guide. Inputs: depth, motion, depth in the previous frame. Result: 3 channels at render resolution: the vector
 /// from the previous frame in pixels, NaN where invalid, and the disocclusion.
-struct NssGuide {};
+struct NssGuide {
+    // Operations: of 87 a pixel: the nearest of sixteen 15, where it was 20, four pixels at 12, their mean 4.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 29}; }
+};
 /// NSS's flicker. Inputs: radiance, guide, last frame's first 4 channels of the result. Result: the derivative state (4
 /// channels) and how unsteady pixels look to the network.
-struct NssFlicker {};
+struct NssFlicker {
+    // Operations: of 188 a pixel: a look-up 38, a colour 12, five distances 60, six ramps 24, 54 more.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 38}; }
+};
 inline constexpr int kNssDerivative = 4;
 /// What NSS's network sees, padded. Inputs: radiance, guide, flicker, history, last frame's temporal parameters, which
 /// have the result's size.
-struct NssInput {};
+struct NssInput {
+    // Operations: two bilinear filters of three channels, one of four.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 8}; }
+};
 inline constexpr int kNssInputs = 12, kNssTemporal = 4, kNssKernel = 36, kNssKernelBlock = 4, kNssPaddedTo = 8;
 /// NSS's reconstruction, as radiance. Inputs: radiance, guide, kernels (a pixel for each block of kNssKernelBlock
 /// squared padded pixels), temporal parameters, history, which has the result's size.
-struct NssResolve {};
+struct NssResolve {
+    // Operations: nine samples' weighted mean and mean square, history by twelve pixels, three encodings.
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 90}; }
+};
 
 struct SpaceToDepth {
     int scale;
+    Traits traits() const { return {Memory::gathers, Stored::image, Pixels::all, kAnyRows, 0, {.block = scale}}; }
 };
 struct DepthToSpace {
     int scale;
+    Traits traits() const { return {Memory::aliases, Stored::as_input, Pixels::all, kAnyRows, 0, {.block = scale}}; }
 };
 /// Inputs: any number of values of one size, along channels in this order.
-struct Concat {};
+struct Concat {
+    Traits traits() const { return {Memory::gathers, Stored::feature, Pixels::all, same_rows, 0}; }
+};
 /// Channels [first, first + count) of the input.
 struct Slice {
     int first;
     int count;
+    Traits traits() const {
+        return {Memory::aliases, Stored::as_input, Pixels::tiles, same_rows, 0, {.channel = first}};
+    }
 };
 
 enum class Activation { none, relu };
@@ -282,6 +390,10 @@ struct Convolution {
     /// right and below. A zero-upsampled one is the last.
     std::vector<Reading> readings = {};
     int width = 0, height = 0;
+    Traits traits() const {
+        const Pixels reads = readings.empty() ? Pixels::all : Pixels::samples;
+        return {Memory::own, Stored::feature, reads, rows_of_convolution, operations_of_convolution};
+    }
 };
 
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
@@ -319,6 +431,9 @@ struct Step {
 struct Pointwise {
     std::vector<Step> steps;
     std::vector<int> results;
+    Traits traits() const {
+        return {Memory::own, Stored::feature, Pixels::tiles, same_rows, 3.0 * static_cast<double>(steps.size())};
+    }
 };
 
 using Operator =
@@ -327,5 +442,21 @@ using Operator =
                  Between, WarpSharply, Sense, Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place,
                  AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide,
                  NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+
+inline Traits traits(const Operator& op) {
+    return std::visit(
+        []<typename Op>(const Op& alternative) -> Traits {
+            static_assert(HasTraits<Op>, "an operator says its traits: see Traits");
+            return alternative.traits();
+        },
+        op);
+}
+
+/// Whether no kernel makes such a node's value: it shares the memory of others, or of the frame before.
+bool is_view(const Operator& op);
+/// Whether it has no memory of its own either.
+bool aliases_memory(const Operator& op);
+/// Whether a kernel writes it into the memory of its first input, which nothing else reads afterwards.
+bool is_in_place(const Operator& op);
 
 }  // namespace clarus::graph

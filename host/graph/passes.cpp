@@ -147,7 +147,7 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
     Graph result;
     result.parameters = graph.parameters;
     result.jitter_kernels = graph.jitter_kernels;
-    result.map_views = graph.map_views;
+    result.views_by_channel = graph.views_by_channel;
     std::vector<Value> renamed(graph.nodes.size(), -1);
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         if (!needed[value]) continue;

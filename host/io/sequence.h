@@ -25,16 +25,11 @@ struct MotionConvention {
     bool sampled_at_jitter = false;
 };
 
-struct FrameFiles {
+struct FrameFiles : FrameParameters {
     // Absolute or relative to the working directory; empty where the frame has none.
     std::filesystem::path color, depth, motion, reference;
     std::map<std::string, std::filesystem::path> optional;  // "reactive", "ui", … : formats.md
-    Vec2 jitter;
-    bool reset = false;
-    float exposure = 1;
-    float near_plane = 0, far_plane = 0;  // as FrameDescription's; for projective depth only
-    std::optional<FrameDescription::Camera> camera;
-    std::string name;  // what the output is numbered by: "0000"
+    std::string name;                                       // what the output is numbered by: "0000"
 };
 
 enum class DepthStorage { first_channel, packed_rgba8 };  // the latter: QRISP

@@ -13,6 +13,7 @@ namespace {
 
 using graph::Graph;
 using graph::Node;
+using graph::Rows;
 using graph::Value;
 
 // Below this, and below a share of what the device gives at once, images stay whole: bands cost launches.
@@ -28,59 +29,14 @@ size_t large_on(const DeviceProfile& profile) {
     return profile.max_allocation == 0 ? kLarge : std::min(kLarge, profile.max_allocation / kLargeShare);
 }
 
-struct Rows {
-    int first, end;
-};
-
-/// Rows that upsampling by `scale` reads for these rows of its result.
-Rows read_by_upsampling(Rows rows, int scale, graph::Shift shift) {
-    const int jitter = shift == graph::Shift::none ? 0 : 1;
-    return {rows.first / scale - 1 - jitter, (rows.end - 1) / scale + 2 + jitter};
-}
-
-Rows read_by_pooling(Rows rows) { return {2 * rows.first, 2 * rows.end}; }
-
-/// Rows that a convolution reads of one of its inputs.
-Rows read_by_convolution(const Graph& graph, const graph::Convolution& convolution, size_t position, Rows rows) {
-    const graph::Parameters& parameters = graph.parameters[convolution.parameters];
-    const int reach = parameters.kernel / 2;
-    rows = {parameters.stride * rows.first - reach, parameters.stride * (rows.end - 1) + reach + 1};
-    if (convolution.readings.empty()) return rows;
-    rows = {std::max(rows.first, 0), std::min(rows.end, convolution.height)};
-    switch (convolution.readings[position]) {
-        case graph::Reading::whole:
-        case graph::Reading::factor:
-            break;
-        case graph::Reading::pooled:
-            return read_by_pooling(rows);
-        case graph::Reading::upsampled:
-            return read_by_upsampling(rows, 2, graph::Shift::none);
-    }
-    return rows;
-}
-
-/// What a node reads of its input `position` for these rows of its result.
-Rows read_rows(const Graph& graph, const Node& node, size_t position, Rows rows) {
-    if (const auto* convolution = std::get_if<graph::Convolution>(&node.op))
-        rows = read_by_convolution(graph, *convolution, position, rows);
-    else if (std::holds_alternative<graph::MaxPool>(node.op))
-        rows = read_by_pooling(rows);
-    else if (const auto* upsample = std::get_if<graph::Upsample>(&node.op))
-        rows = read_by_upsampling(rows, upsample->scale, upsample->shift);
-    // Of an image that goes on beyond its end, the last row.
-    const int height = graph.shape(node.inputs[position]).height;
-    return {std::clamp(rows.first, 0, height - 1), std::clamp(rows.end, 1, height)};
-}
-
 bool launches(const Node& node) { return !implementations(node).empty(); }
+
+bool reads_by_rows(const Node& node) { return graph::traits(node.op).rows != graph::kAnyRows; }
 
 bool works_in_bands(const LayoutPlan& plan, Value value) {
     const Node& node = plan.graph.nodes[value];
-    const bool by_rows =
-        std::holds_alternative<graph::Convolution>(node.op) || std::holds_alternative<graph::Pointwise>(node.op) ||
-        std::holds_alternative<graph::MaxPool>(node.op) || std::holds_alternative<graph::Upsample>(node.op);
     const auto plain = [&](Value each) { return plan.layouts[each].block == 1; };
-    return by_rows && plain(value) && std::all_of(node.inputs.begin(), node.inputs.end(), plain);
+    return reads_by_rows(node) && plain(value) && std::all_of(node.inputs.begin(), node.inputs.end(), plain);
 }
 
 class Planner {
@@ -146,23 +102,17 @@ class Planner {
     template <typename Visit>
     void visit_makers(Value value, Rows rows, Visit&& visit) const {
         const Node& node = graph_.nodes[value];
-        if (is_stage(value)) {
+        if (is_stage(value))
             visit(value, rows);
-        } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
-            const int scale = zero_upsample->scale;
-            visit_makers(node.inputs[0], {rows.first / scale, ceil_divide(rows.end, scale)}, visit);
-        } else if (const auto* tiles = std::get_if<graph::Tiles>(&node.op)) {
-            visit_makers(node.inputs[0], {rows.first / tiles->scale, ceil_divide(rows.end, tiles->scale)}, visit);
-        } else if (std::holds_alternative<graph::Slice>(node.op) || std::holds_alternative<graph::Concat>(node.op)) {
-            for (const Value input : node.inputs) visit_makers(input, rows, visit);
-        }
+        else if (graph::is_view(node.op) && reads_by_rows(node))
+            visit_inputs(value, rows, visit);
     }
 
     template <typename Visit>
-    void visit_inputs(Value stage, Rows rows, Visit&& visit) const {
-        const Node& node = graph_.nodes[stage];
+    void visit_inputs(Value value, Rows rows, Visit&& visit) const {
+        const Node& node = graph_.nodes[value];
         for (size_t position = 0; position < node.inputs.size(); ++position)
-            visit_makers(node.inputs[position], read_rows(graph_, node, position, rows), visit);
+            visit_makers(node.inputs[position], graph::rows_read(graph_, node, position, rows), visit);
     }
 
     /// How many rows of each node there must be when so much of the last results is there.

@@ -26,7 +26,7 @@ struct BandedNodes {
 int band_granule(const DeviceProfile& profile);
 
 /// Finds nodes whose images would be large on the device and makes them work on bands of `rows` rows of their largest
-/// image, rounded up; for 0, of as many as suit. Lays out rings in `plan`.
+/// image, rounded up; for 0, of the built-in number. Lays out rings in `plan`.
 std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile);
 
 }  // namespace clarus::runtime

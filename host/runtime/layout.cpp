@@ -23,35 +23,11 @@ constexpr int kCellAlignment = 4;
 // Vector loads may run over a memory's last element by less than this many elements (kernels/common.clh).
 constexpr int kSlack = 64;
 
-template <typename Op>
-bool is(const Node& node) {
-    return std::holds_alternative<Op>(node.op);
-}
-
-/// A view that has no memory of its own.
-bool shows_another(const Node& node) {
-    return graph::is_view(node.op) && !is<graph::Concat>(node) && !is<graph::SpaceToDepth>(node);
-}
-
-bool reads_tiles(const Node& node) { return is<graph::Pointwise>(node) || is<graph::Slice>(node); }
-
-bool reads_samples(const Node& node) {
-    const auto* convolution = std::get_if<graph::Convolution>(&node.op);
-    return is<graph::Pointwise>(node) || is<graph::Warp>(node) || is<graph::Slice>(node) ||
-           (convolution && !convolution->readings.empty());
-}
-
 Storage storage_of(const Graph& graph, Value value, Storage images) {
-    const Node& node = graph.nodes[value];
-    if (const auto* input = std::get_if<graph::Input>(&node.op); input && input->resource != graph::Resource::color)
-        return Storage::f32;
-    const bool is_motion = is<graph::Dilate>(node) || is<graph::UpsampleMotion>(node) ||
-                           is<graph::CheckedMotion>(node) || is<graph::Reproject>(node) ||
-                           is<graph::MiddleMotion>(node) || is<graph::NssGuide>(node);
-    const bool is_depth = is<graph::Fill>(node) || is<graph::PreviousDepth>(node) || is<graph::LandedSource>(node) ||
-                          is<graph::NssFar>(node) || is<graph::NssScatter>(node);
-    return is_motion || is_depth ? Storage::f32 : images;
+    return graph::traits(graph.nodes[value].op).stored == graph::Stored::f32 ? Storage::f32 : images;
 }
+
+bool aliases_memory(const Node& node) { return graph::aliases_memory(node.op); }
 
 /// A use that cannot be served by a view: input `position` of `user` must be copied.
 struct Conflict {
@@ -75,7 +51,7 @@ class Placer {
         check_readers();
         // Backwards, because the user of a value says where it wants it.
         for (Value value = static_cast<Value>(graph_.nodes.size()) - 1; value >= 0; --value) {
-            if (shows_another(graph_.nodes[value])) continue;
+            if (aliases_memory(graph_.nodes[value])) continue;
             if (layouts_[value].memory < 0) layouts_[value] = own_memory(value);
             if (const auto conflict = place_inputs(value)) return conflict;
         }
@@ -86,7 +62,7 @@ class Placer {
     /// Nobody could tell samples from zeros, or from tiles, once the frame is over.
     void check_readers() const {
         const auto check = [&](Value value) {
-            if (shows_samples(value) || shows_tiles(value))
+            if (graph::stored_pixels(graph_, value) != graph::Pixels::all)
                 throw std::logic_error("the output and views are stored whole");
         };
         check(graph_.output);
@@ -108,30 +84,32 @@ class Placer {
 
     std::optional<Conflict> place_inputs(Value value) {
         const Node& node = graph_.nodes[value];
-        const TensorLayout& home = layouts_[value];
+        const graph::Traits traits = graph::traits(node.op);
         for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position)
-            if ((shows_samples(node.inputs[position]) && !reads_samples(node)) ||
-                (shows_tiles(node.inputs[position]) && !reads_tiles(node)))
-                return Conflict{value, position};
-        if (is<graph::Concat>(node)) {
-            int first = 0;
-            for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position) {
-                TensorLayout part = home;
-                part.channels = graph_.shape(node.inputs[position]).channels;
-                part.offset += first * home.block * home.block;
-                if (!try_place(node.inputs[position], part)) return Conflict{value, position};
-                first += part.channels;
-            }
-        } else if (const auto* space_to_depth = std::get_if<graph::SpaceToDepth>(&node.op)) {
-            const graph::Shape& shape = graph_.shape(node.inputs[0]);
-            TensorLayout blocks = home;
-            blocks.width = shape.width;
-            blocks.height = shape.height;
-            blocks.channels = shape.channels;
-            blocks.block = space_to_depth->scale;
-            if (home.block != 1 || !try_place(node.inputs[0], blocks)) return Conflict{value, 0};
-        } else if (graph::is_in_place(node.op)) {
-            if (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], home)) return Conflict{value, 0};
+            if (graph::stored_pixels(graph_, node.inputs[position]) > traits.reads) return Conflict{value, position};
+        if (traits.memory == graph::Memory::gathers) return place_parts(value, traits.placement);
+        if (traits.memory == graph::Memory::in_place &&
+            (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], layouts_[value])))
+            return Conflict{value, 0};
+        return std::nullopt;
+    }
+
+    /// The inputs become parts of its memory, one after the other along channels.
+    std::optional<Conflict> place_parts(Value value, const graph::Placement& placement) {
+        const Node& node = graph_.nodes[value];
+        const TensorLayout& home = layouts_[value];
+        if (placement.block > 1 && home.block > 1) return Conflict{value, 0};
+        int first = 0;
+        for (int position = 0; position < static_cast<int>(node.inputs.size()); ++position) {
+            const graph::Shape& shape = graph_.shape(node.inputs[position]);
+            TensorLayout part = home;
+            part.width = shape.width;
+            part.height = shape.height;
+            part.channels = shape.channels;
+            part.block *= placement.block;
+            part.offset += first * home.block * home.block;
+            if (!try_place(node.inputs[position], part)) return Conflict{value, position};
+            first += part.channels;
         }
         return std::nullopt;
     }
@@ -141,7 +119,7 @@ class Placer {
         for (Value other = 0; other < static_cast<Value>(graph_.nodes.size()); ++other) {
             const Node& node = graph_.nodes[other];
             const bool reads = std::find(node.inputs.begin(), node.inputs.end(), value) != node.inputs.end();
-            if (reads && (other > user || shows_another(node))) return true;
+            if (reads && (other > user || aliases_memory(node))) return true;
         }
         const auto is_value = [value](const auto& view) { return view.second == value; };
         return value == graph_.output || std::any_of(graph_.views.begin(), graph_.views.end(), is_value) ||
@@ -151,9 +129,9 @@ class Placer {
 
     bool try_place(Value value, const TensorLayout& layout) {
         const Node& node = graph_.nodes[value];
-        const bool free = layouts_[value].memory < 0 && !shows_another(node);
+        const bool free = layouts_[value].memory < 0 && !aliases_memory(node);
         const bool convertible = storage_of(graph_, value, images_) == layout.storage;
-        const bool writable = layout.block == 1 || !is<graph::Convolution>(node);
+        const bool writable = layout.block == 1 || !std::holds_alternative<graph::Convolution>(node.op);
         int& state = memories_[layout.memory].state;
         const bool alone = states_[value] < 0 || state < 0;
         if (!free || !convertible || !writable || !alone) return false;
@@ -164,8 +142,8 @@ class Placer {
 
     /// What writes the memory that a value shows.
     Value maker(Value value) const {
-        while (shows_another(graph_.nodes[value])) {
-            if (is<graph::Previous>(graph_.nodes[value])) throw std::logic_error("a state is made by a kernel");
+        while (aliases_memory(graph_.nodes[value])) {
+            if (graph_.nodes[value].inputs.empty()) throw std::logic_error("a state is made by a kernel");
             value = graph_.nodes[value].inputs[0];
         }
         return value;
@@ -174,17 +152,6 @@ class Placer {
     const graph::State& state_of(Value previous) const {
         return *std::find_if(graph_.states.begin(), graph_.states.end(),
                              [&](const graph::State& state) { return state.previous == previous; });
-    }
-
-    bool shows_samples(Value value) const {
-        const Node& node = graph_.nodes[value];
-        if (is<graph::Previous>(node)) return shows_samples(state_of(value).next);
-        return is<graph::ZeroUpsample>(node) || (is<graph::Slice>(node) && shows_samples(node.inputs[0]));
-    }
-
-    bool shows_tiles(Value value) const {
-        const Node& node = graph_.nodes[value];
-        return is<graph::Tiles>(node) || (is<graph::Slice>(node) && shows_tiles(node.inputs[0]));
     }
 
     TensorLayout previous_layout(Value value) {
@@ -202,22 +169,19 @@ class Placer {
         if (layout.memory >= 0) return layout;
         const Node& node = graph_.nodes[value];
         const graph::Shape& shape = graph_.shape(value);
-        layout = is<graph::Previous>(node) ? previous_layout(value) : place_view(node.inputs[0]);
+        const graph::Traits traits = graph::traits(node.op);
+        layout = traits.memory == graph::Memory::previous ? previous_layout(value) : place_view(node.inputs[0]);
         layout.width = shape.width;
         layout.height = shape.height;
         layout.channels = shape.channels;
-        if (const auto* slice = std::get_if<graph::Slice>(&node.op)) {
-            layout.offset += slice->first * layout.block * layout.block;
-        } else if (const auto* depth_to_space = std::get_if<graph::DepthToSpace>(&node.op)) {
-            if (layout.block != 1) throw std::logic_error("depth-to-space of blocks");
-            layout.block = depth_to_space->scale;
-        } else if (const auto* zero_upsample = std::get_if<graph::ZeroUpsample>(&node.op)) {
-            if (layout.block != 1) throw std::logic_error("zero-upsampling of blocks");
-            layout.samples = zero_upsample->scale;
-        } else if (const auto* tiles = std::get_if<graph::Tiles>(&node.op)) {
-            if (layout.block != 1) throw std::logic_error("tiles of blocks");
-            layout.samples = tiles->scale;
-            layout.tiled = true;
+        const graph::Placement& placement = traits.placement;
+        if (layout.block > 1 && (placement.block > 1 || placement.pixels != graph::Pixels::all))
+            throw std::logic_error(node.name + " of blocks");
+        layout.offset += placement.channel * layout.block * layout.block;
+        layout.block *= placement.block;
+        if (placement.pixels != graph::Pixels::all) {
+            layout.samples = placement.scale;
+            layout.tiled = placement.pixels == graph::Pixels::tiles;
         }
         return layout;
     }

@@ -37,10 +37,6 @@ struct Block {
     }
 };
 
-bool is_written_first(const graph::Operator& op) {
-    return std::holds_alternative<graph::Input>(op) || std::holds_alternative<graph::Plane>(op);
-}
-
 std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNodes>& banded) {
     const graph::Graph& graph = plan.graph;
     const int end = static_cast<int>(graph.nodes.size()) + 1;
@@ -56,7 +52,7 @@ std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNode
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         const graph::Node& node = graph.nodes[value];
         if (graph::is_view(node.op)) continue;
-        touch(value, is_written_first(node.op) ? 0 : moment_of(value));
+        touch(value, graph::traits(node.op).memory == graph::Memory::ingested ? 0 : moment_of(value));
         for (const Value input : node.inputs) touch(input, moment_of(value));
     }
     touch(graph.output, end);
@@ -116,7 +112,7 @@ size_t place(std::vector<Block>& blocks) {
     return arena;
 }
 
-size_t most_live(const std::vector<Block>& blocks, int moments) {
+size_t peak_live_bytes(const std::vector<Block>& blocks, int moments) {
     size_t most = 0;
     for (int moment = 0; moment <= moments; ++moment) {
         const Span now{moment, moment};
@@ -135,7 +131,7 @@ size_t most_live(const std::vector<Block>& blocks, int moments) {
 MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vector<BandedNodes>& banded) {
     MemoryPlan result;
     std::vector<Block> blocks = make_blocks(plan, lifetimes(plan, banded), result.alternates);
-    result.live_at_worst = most_live(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
+    result.peak_live_bytes = peak_live_bytes(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
     for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
     result.bytes = place(blocks);
     result.places.resize(plan.memories.size());

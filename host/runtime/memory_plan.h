@@ -19,7 +19,7 @@ struct MemoryPlan {
     size_t bytes = 0;              // the arena's size
     /// The most that the values needed at one moment take, without padding: the floor for `bytes`. What is concatenated
     /// in one memory counts as a whole, from the first part that is written to the last that is read.
-    size_t live_at_worst = 0;
+    size_t peak_live_bytes = 0;
 };
 
 /// `alignment`: what every offset is a multiple of, in bytes. Inputs are written before the first node runs; the output

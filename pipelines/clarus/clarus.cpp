@@ -79,7 +79,7 @@ graph::Graph build_clarus(const io::Safetensors& model, double scale, Size rende
                    {"input_depth", depth},
                    {"input_color", color},
                    {"output", graph.output}};
-    graph.map_views = {"features"};
+    graph.views_by_channel = {"features"};
     return graph;
 }
 

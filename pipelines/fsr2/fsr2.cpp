@@ -1,5 +1,6 @@
 #include "pipelines/history.h"
 #include "pipelines/pipeline.h"
+#include "pipelines/sharpness.h"
 
 // docs/fsr2.md.
 namespace clarus::pipelines {
@@ -7,6 +8,9 @@ namespace clarus::pipelines {
 using graph::Graph;
 using graph::Resource;
 using graph::Value;
+
+// FSR 2 leaves sharpening to be asked for.
+std::vector<PipelineOption> fsr2_options() { return {sharpness_option(0)}; }
 
 graph::Graph build_fsr2(const FilterSettings& settings) {
     Graph graph;
@@ -21,7 +25,8 @@ graph::Graph build_fsr2(const FilterSettings& settings) {
     const Value collected = graph.collect(color, past, trust, hr_motion, settings.scale);
     graph.carry(history, collected);
     graph.output = graph.slice(collected, 0, 3);
-    if (settings.sharpness > 0) graph.output = graph.rcas(graph.output, settings.sharpness);
+    const auto sharpness = static_cast<float>(settings.options.at("sharpness"));
+    if (sharpness > 0) graph.output = graph.rcas(graph.output, sharpness);
 
     graph.views = {{"motion", hr_motion},
                    {"past", graph.slice(past, 0, 3)},

@@ -25,18 +25,16 @@ using graph::Value;
 
 constexpr int kRaw = 4;  // colour and depth
 
+constexpr int kMostPreviousFrames = 4;
+
 /// n, and how many of them are used.
 struct PreviousFrames {
     int in_model, used;
 };
 
 PreviousFrames previous_frames(const io::Safetensors& model, const PipelineOptions& options) {
-    const int in_model = model.require_integer("previous_frames", 0, 4);
-    const int used = options.previous_frames.value_or(in_model);
-    if (used < 0 || used > in_model)
-        fail(ErrorKind::invalid_argument, "options.previous_frames: {} where {} was trained with {}", used,
-             model.path().string(), in_model);
-    return {in_model, used};
+    return {model.require_integer("previous_frames", 0, kMostPreviousFrames),
+            static_cast<int>(options.at("previous_frames"))};
 }
 
 bool sees_ycbcr(const io::Safetensors& model) {
@@ -115,7 +113,7 @@ class Builder {
                              {"input_depth", depth_},
                              {"input_motion", motion_},
                              {"output", graph_.output}});
-        graph_.map_views = {"features", "warped", "weights"};
+        graph_.views_by_channel = {"features", "warped", "weights"};
         return std::move(graph_);
     }
 
@@ -238,6 +236,16 @@ class Builder {
 };
 
 }  // namespace
+
+std::vector<PipelineOption> nsrr_options() {
+    return {{.name = "previous_frames",
+             .help = "how many previous frames are used (the maps of the others are zero)",
+             .smallest = 0,
+             .largest = kMostPreviousFrames,
+             .usual = kMostPreviousFrames,
+             .whole = true,
+             .limited_by_model = true}};
+}
 
 Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options) {
     return Builder(model, scale, render, previous_frames(model, options)).build();

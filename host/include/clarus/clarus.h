@@ -45,6 +45,12 @@ typedef struct clarus_format {
     int channels;
 } clarus_format;
 
+/* A setting of the model's pipeline (clarus_model_option) and what it is to be. */
+typedef struct clarus_pipeline_option {
+    const char* name;
+    double value;
+} clarus_pipeline_option;
+
 typedef struct clarus_options {
     clarus_precision precision;
     clarus_tuning tuning;
@@ -55,9 +61,16 @@ typedef struct clarus_options {
     clarus_format color_format, depth_format, motion_format, output_format;
     int antialias_input, antialias; /* 0: none, 1: morphological, of the model's input and output */
     float sharpen;                  /* of the output, from 0 (off) to 1 */
-    float sharpness;                /* negative: the usual one */
-    int previous_frames;            /* negative: as many as the model has */
+    const clarus_pipeline_option* pipeline_options;
+    size_t pipeline_option_count;
 } clarus_options;
+
+typedef struct clarus_option_description {
+    const char *name, *help;
+    double smallest, largest;
+    double usual; /* its value unless told */
+    int whole;    /* 1: whole numbers only */
+} clarus_option_description;
 
 typedef struct clarus_image {
     void* host;
@@ -78,7 +91,7 @@ typedef struct clarus_frame {
 } clarus_frame;
 
 typedef struct clarus_memory {
-    size_t weights, arena, live_at_worst, staging;
+    size_t weights, arena, peak_live_bytes, staging;
 } clarus_memory;
 
 /* What the last failed call of this thread was about. */
@@ -94,6 +107,10 @@ void clarus_device_release(clarus_device* device);
 clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_model** model);
 /* The scales that it can be found with: one for a model that has its own; the largest of filters is infinite. */
 void clarus_model_scales(const clarus_model* model, double* smallest, double* largest);
+/* The options that the model's pipeline has of its own; `index` from 0 to less than the count. Their words live as long
+   as the model. */
+size_t clarus_model_option_count(const clarus_model* model);
+clarus_option_description clarus_model_option(const clarus_model* model, size_t index);
 void clarus_model_release(clarus_model* model);
 
 clarus_options clarus_default_options(void);

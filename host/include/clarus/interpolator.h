@@ -8,19 +8,7 @@
 
 namespace clarus {
 
-/// Settings that hold for a whole run; each as in UpscalerOptions.
-struct InterpolatorOptions {
-    Precision precision = Precision::fp32;
-    Tuning tuning = Tuning::stored;
-    ColorSpace color_space = ColorSpace::srgb;
-    DepthEncoding depth;
-    MotionEncoding motion;
-    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
-    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
-    ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
-    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
-    bool profile = false;                            // time every stage with device events
-};
+using InterpolatorOptions = StreamOptions;
 
 /// Makes the frame in the middle between each frame shown and the one before it, without a network, from motion and
 /// depth (docs/interpolate.md). To be given what an upscaler has made of a frame, before user interface is drawn on it:

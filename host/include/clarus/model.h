@@ -20,6 +20,20 @@ struct ScaleRange {
     bool is_single() const { return smallest == largest; }
 };
 
+/// A setting that pipelines have of their own: UpscalerOptions::pipeline_options sets it by name.
+struct PipelineOption {
+    std::string name;  // "previous_frames"; on the command line --previous-frames
+    std::string help;  // one line
+    double smallest, largest;
+    double usual;        // its value unless told
+    bool whole = false;  // whole numbers only
+    /// A model's metadata of that name is its largest and its usual value. In Model::options it already is.
+    bool limited_by_model = false;
+
+    /// What values it takes, in words: "from 0 to 1".
+    std::string range() const;
+};
+
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
 class Model {
   public:
@@ -45,6 +59,7 @@ class Model {
     double scale() const;
     ScaleRange scales() const;  // a single one for a model that has its own
     const std::map<std::string, std::string>& metadata() const;
+    const std::vector<PipelineOption>& options() const;  // those that its pipeline has
 
     /// The tensors of a model file; null for a filter.
     const io::Safetensors* tensors() const;

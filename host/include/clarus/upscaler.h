@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,8 +42,8 @@ struct MotionEncoding {
 /// Antialiasing of images with one sample a pixel: `mlaa` is morphological (Reshetov 2009).
 enum class Antialiasing { none, mlaa };
 
-/// Settings that hold for a whole run.
-struct UpscalerOptions {
+/// Settings that upscalers and interpolators share. They hold for a whole run.
+struct StreamOptions {
     Precision precision = Precision::fp32;
     Tuning tuning = Tuning::stored;
     ColorSpace color_space = ColorSpace::srgb;
@@ -52,36 +53,31 @@ struct UpscalerOptions {
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    bool profile = false;                            // time every stage with device events
+};
+
+struct UpscalerOptions : StreamOptions {
     /// Where the images between layers would be large, layers take turns on bands of so many rows of the output, so
-    /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: as suits.
+    /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: 32, where
+    /// whole images would be large for the device.
     int band_rows = 0;
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
     /// Of the output, last: β of MNSS's step 6, from 0 (off) to 1. What the model keeps stays as it is.
     float sharpen = 0;
-    /// fsr1 and fsr2: how much they sharpen, from 0, not at all, to 1. Unless told, fsr1 does by 0.87, fsr2 not at all.
-    std::optional<float> sharpness;
-    std::optional<int> previous_frames;  // use fewer than an NSRR model has; the maps of those beyond are zero
-    std::vector<std::string> views;      // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
-    bool profile = false;                // time every stage with device events
+    /// By name, what else the model's pipeline lets choose: Model::options lists it. What is not named has its usual
+    /// value.
+    std::map<std::string, double> pipeline_options;
+    std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
 };
 
-/// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
-/// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
-/// use (at present all of them).
-struct FrameDescription {
-    Image color;
-    Image depth;           // may be empty where Upscaler::needs_depth() is false
-    Image motion;          // likewise, needs_motion()
+/// What a frame's images were rendered with.
+struct FrameParameters {
     Vec2 jitter;           // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
     float exposure = 1;    // linear input only; > 0
     float near_plane = 0;  // view distances, for projective depth only: 0 < near < far; far may be infinity
     float far_plane = 0;
     bool reset = false;  // a cut: history is dropped before the frame. The first frame always resets
-    Image output;
-    std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
-
-    Image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;
     struct Camera {
         std::array<float, 16> view{}, projection{};  // row-major, without jitter
         float near_plane = 0, far_plane = 0, fov_y = 0;
@@ -89,17 +85,30 @@ struct FrameDescription {
     std::optional<Camera> camera;
 };
 
+/// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
+/// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
+/// use (at present all of them).
+struct FrameDescription : FrameParameters {
+    Image color;
+    Image depth;   // may be empty where Upscaler::needs_depth() is false
+    Image motion;  // likewise, needs_motion()
+    Image output;
+    std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
+
+    Image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;
+};
+
 /// Device memory, in bytes.
 struct MemoryRequirements {
-    size_t weights = 0;        // packed weights of every kernel
-    size_t arena = 0;          // intermediates and recurrent state, shared by lifetime
-    size_t live_at_worst = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
-    size_t staging = 0;        // copies of host images on the device, views kept
+    size_t weights = 0;          // packed weights of every kernel
+    size_t arena = 0;            // intermediates and recurrent state, shared by lifetime
+    size_t peak_live_bytes = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
+    size_t staging = 0;          // copies of host images on the device, views kept
     size_t total() const { return weights + arena + staging; }
     MemoryRequirements& operator+=(const MemoryRequirements& other) {
         weights += other.weights;
         arena += other.arena;
-        live_at_worst += other.live_at_worst;
+        peak_live_bytes += other.peak_live_bytes;
         staging += other.staging;
         return *this;
     }
