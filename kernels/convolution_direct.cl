@@ -108,16 +108,3 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
     for (; block + GROUP <= OUT_BLOCKS; block += GROUP) convolve(INPUT patch, bias, weights, out, x, y, block, GROUP);
     if (OUT_BLOCKS % GROUP) convolve(INPUT patch, bias, weights, out, x, y, block, OUT_BLOCKS % GROUP);
 }
-
-// Work-items: (CIN, 16 · ⌈COUT / 16⌉).
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const float* weights, global const float* biases,
-                                                                global float* packed, uint packed_offset,
-                                                                uint weights_offset, uint biases_offset) {
-    const int ci = get_global_id(0), co = get_global_id(1);
-    packed += packed_offset;
-    weights += weights_offset + (co * CIN + ci) * TAPS;
-    if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
-    const int before = co / 16 / GROUP * GROUP, width = 16 * min(GROUP, OUT_BLOCKS - before);
-    packed += 16 * OUT_BLOCKS + before * 16 * TAPS * CIN + ci * width + co - 16 * before;
-    for (int tap = 0; tap < TAPS; ++tap) packed[tap * CIN * width] = co < COUT ? weights[tap] : 0;
-}

@@ -34,14 +34,3 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
         STORE(ACTIVATE(sum), out, AT(OUT, x, y, co));
     }
 }
-
-// Work-items: (GROUP_CIN, COUT).
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const float* weights, global const float* biases,
-                                                                global float* packed, uint packed_offset,
-                                                                uint weights_offset, uint biases_offset) {
-    const int ci = get_global_id(0), co = get_global_id(1);
-    packed += packed_offset;
-    if (ci == 0) packed[co] = biases[biases_offset + co];
-    const int taps = KERNEL * KERNEL, first = (co * GROUP_CIN + ci) * taps;
-    for (int tap = first; tap < first + taps; ++tap) packed[COUT + tap] = weights[weights_offset + tap];
-}

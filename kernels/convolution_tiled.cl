@@ -123,15 +123,3 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(
         }
     }
 }
-
-// Work-items: (CIN, 16 · ⌈COUT / 16⌉).
-kernel __attribute__((reqd_work_group_size(1, 1, 1))) void pack(global const float* weights, global const float* biases,
-                                                                global float* packed, uint packed_offset,
-                                                                uint weights_offset, uint biases_offset) {
-    const int ci = get_global_id(0), co = get_global_id(1);
-    packed += packed_offset;
-    if (ci == 0) packed[co] = co < COUT ? biases[biases_offset + co] : 0;
-    global operand* to = (global operand*)(packed + 16 * OUT_BLOCKS) + (co / 16 * CIN + ci) * 16 * TAPS + co % 16;
-    for (int tap = 0; tap < TAPS; ++tap)
-        to[16 * tap] = co < COUT ? weights[weights_offset + (co * CIN + ci) * TAPS + tap] : 0;
-}

@@ -63,6 +63,8 @@ class BenchCommand(unittest.TestCase):
         self.assertGreater(item["start"]["cold_seconds"], 0)
         self.assertGreater(item["start"]["warm_seconds"], 0)
         self.assertGreater(item["start"]["programs"], 0)
+        self.assertGreater(item["start"]["other_size_seconds"], 0)
+        self.assertEqual(item["start"]["other_size_programs"], 0)
         self.assertEqual(item["precision"], "fp16")
 
     def test_the_schema_refuses_a_score_for_a_wrong_image(self):

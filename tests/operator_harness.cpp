@@ -84,7 +84,7 @@ cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered
     const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
     const runtime::PackLaunch::Source source{weights, set * parameters.weights_per_set(), biases,
                                              static_cast<size_t>(set) * parameters.out_channels};
-    runtime::PackLaunch(runtime::Kernels(context, {&lowered.call}), lowered)
+    runtime::PackLaunch(runtime::Kernels(context, {&lowered.packing->call}), *lowered.packing)
         .enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;

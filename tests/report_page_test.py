@@ -120,7 +120,13 @@ def bench(device_name, seconds):
             "model": {"name": name, "pipeline": name, "scale": 2, "checksum": None, "parameters": 0},
             "memory": {"arena": 1 << 20, "weights": 0, "total": 3 << 20},
             "check": {"result": "passed", "largest_difference": 0.0, "tolerance": 0.01, "reason": None},
-            "start": {"cold_seconds": 2.5, "warm_seconds": 0.25, "programs": 3},
+            "start": {
+                "cold_seconds": 2.5,
+                "warm_seconds": 0.25,
+                "programs": 3,
+                "other_size_seconds": 0.125,
+                "other_size_programs": 0,
+            },
             "score": score,
             "no_score": None,
         }

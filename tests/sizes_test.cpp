@@ -35,7 +35,10 @@ std::set<std::string> programs_of(const Model& model, Size render, const DeviceP
     const auto add = [&](const runtime::KernelCall& call) {
         programs.insert(fmt::format("{} {}\n{}", call.file, runtime::program_options(call), call.source));
     };
-    for (const runtime::PlannedStage& stage : plan->stages) add(stage.lowered.call);
+    for (const runtime::PlannedStage& stage : plan->stages) {
+        add(stage.lowered.call);
+        if (stage.lowered.packing) add(stage.lowered.packing->call);
+    }
     add(runtime::ingest(plan->ingest));
     add(runtime::present(plan->layout.layouts[plan->layout.graph.output], options));
     return programs;

@@ -75,8 +75,9 @@ void print_row(const BenchResult& result, const ItemResult& item, size_t model_w
                fmt::format("{:.1f} %", 100 * within), score.latency.steady ? " " : "*", score.frames_per_second.median,
                percent(score.roofline_share(result.device_of(item))));
     fmt::print("  {:>7.1f}", static_cast<double>(measure::without_images(*item.memory)) / (1 << 20));
-    fmt::print("  {:>6}  {:>6}", item.start ? fmt::format("{:.1f}", item.start->cold) : "-",
-               item.start ? fmt::format("{:.2f}", item.start->warm) : "-");
+    fmt::print("  {:>6}  {:>6}  {:>6}", item.start ? fmt::format("{:.1f}", item.start->cold) : "-",
+               item.start ? fmt::format("{:.2f}", item.start->warm) : "-",
+               item.start ? fmt::format("{:.2f}", item.start->other_size) : "-");
     fmt::print("  {}\n", item.check.result == measure::Check::Result::passed ? "ok" : "unchecked");
 }
 
@@ -90,9 +91,9 @@ void print_tables(const BenchResult& result) {
         fmt::print("compute peak {:.1f} GFLOP/s ± {:.1f} %, copy bandwidth {:.1f} GB/s ± {:.1f} %\n\n",
                    1e-9 * device.compute_peak.median, 100 * device.compute_peak.relative_interval(),
                    1e-9 * device.copy_bandwidth.median, 100 * device.copy_bandwidth.relative_interval());
-        fmt::print("{:<{}}  {:>10}  {:<4}  {:>9}  {:>8}  {:>6}   {:>8}  {:>7}  {:>7}  {:>6}  {:>6}  {}\n", "model",
-                   width, "output", "", "ms median", "p95", "±", "frames/s", "of roof", "MiB", "cold s", "warm s",
-                   "image");
+        fmt::print("{:<{}}  {:>10}  {:<4}  {:>9}  {:>8}  {:>6}   {:>8}  {:>7}  {:>7}  {:>6}  {:>6}  {:>6}  {}\n",
+                   "model", width, "output", "", "ms median", "p95", "±", "frames/s", "of roof", "MiB", "cold s",
+                   "warm s", "size s", "image");
         for (const ItemResult& item : result.items) {
             if (item.device != device.profile.selector) continue;
             print_row(result, item, width);

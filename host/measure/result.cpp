@@ -136,7 +136,9 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
                      {"reason", or_null(item.check.reason)}};
     json["start"] = item.start ? Json{{"cold_seconds", item.start->cold},
                                       {"warm_seconds", item.start->warm},
-                                      {"programs", item.start->programs}}
+                                      {"programs", item.start->programs},
+                                      {"other_size_seconds", item.start->other_size},
+                                      {"other_size_programs", item.start->other_size_programs}}
                                : Json();
     json["score"] = item.score ? to_json(*item.score, device) : Json();
     json["no_score"] = or_null(item.no_score);

@@ -57,9 +57,12 @@ struct Check {
     std::string reason;  // why it failed or is unchecked
 };
 
+/// Of new processes: seconds to their first frame, and the programs that they compiled.
 struct Start {
     double cold = 0, warm = 0;
-    int programs = 0;
+    int programs = 0;  // of the cold start
+    double other_size = 0;
+    int other_size_programs = 0;
 };
 
 struct ItemResult {

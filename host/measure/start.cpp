@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "base/precision.h"
+#include "base/rounding.h"
 #include "cl/disk_cache.h"
 #include "clarus/jitter.h"
 #include "io/temporary_folder.h"
@@ -111,19 +112,18 @@ Start measure_start(const fs::path& tool, const FirstFrame& first) {
     const fs::path cache = clarus_cache(folder.path());
     // Kernels are those of the run that this is a part of.
     add_files(fs::path(cache_directory()) / "tuning", cache / "tuning");
-    const std::vector<std::string> arguments{tool.string(),
-                                             "bench",
-                                             "first-frame",
-                                             first.device,
-                                             first.model,
-                                             fmt::to_string(first.scale),
-                                             fmt::to_string(first.render_size.width),
-                                             fmt::to_string(first.render_size.height),
-                                             name_of(first.precision),
-                                             first.tuning == Tuning::fixed ? "fixed" : "stored"};
-    const Outcome cold = run(arguments, variables), warm = run(arguments, variables);
+    const auto start = [&](Size render_size) {
+        return run({tool.string(), "bench", "first-frame", first.device, first.model, fmt::to_string(first.scale),
+                    fmt::to_string(render_size.width), fmt::to_string(render_size.height), name_of(first.precision),
+                    first.tuning == Tuning::fixed ? "fixed" : "stored"},
+                   variables);
+    };
+    const Outcome cold = start(first.render_size), warm = start(first.render_size);
     add_files(cache / ocl::programs_directory().filename(), ocl::programs_directory());
-    return {cold.seconds, warm.seconds, cold.programs};
+    // A game's next choice when its frames take too long.
+    const Outcome other =
+        start({ceil_divide(3 * first.render_size.width, 4), ceil_divide(3 * first.render_size.height, 4)});
+    return {cold.seconds, warm.seconds, cold.programs, other.seconds, other.programs};
 }
 
 int show_first_frame(const FirstFrame& first) {

@@ -16,9 +16,9 @@ struct FirstFrame {
     Tuning tuning = Tuning::stored;
 };
 
-/// Runs `tool bench first-frame …` twice, with caches that are empty at first: Clarus's own and those of the drivers
-/// that let a variable name theirs. What was compiled is then added to this process's cache. Errors: device where the
-/// process fails, with the end of what it said.
+/// Runs `tool bench first-frame …` three times, the last of them at three quarters of the render size, with caches that
+/// are empty at first: Clarus's own and those of the drivers that let a variable name theirs. What was compiled is then
+/// added to this process's cache. Errors: device where the process fails, with the end of what it said.
 Start measure_start(const std::filesystem::path& tool, const FirstFrame& first);
 
 /// The other side: upscales a frame. Returns how many programs were compiled.

@@ -110,7 +110,7 @@ function showDevices(report) {
   const dash = (value, format) => (value === null || value === undefined ? '–' : format(value));
   const headings = [
     'Model', 'Median (ms)', 'p95', 'p99', 'Frames/s', 'Device (ms)', 'Of roofline', 'GFLOP', 'Memory', 'Cold start (s)',
-    'Warm (s)', 'Output'
+    'Warm (s)', 'Other size (s)', 'Output'
   ];
   $('device-items')
       .replaceChildren(
@@ -135,7 +135,8 @@ function showDevices(report) {
                           dash(score?.latency.p99, milliseconds), dash(score?.frames_per_second.median, digits),
                           dash(score?.device_seconds.median, milliseconds), dash(score?.roofline_share, percent),
                           dash(score?.operations, gigas), dash(memory?.total, mebibytes),
-                          dash(start?.cold_seconds, digits), dash(start?.warm_seconds, digits)
+                          dash(start?.cold_seconds, digits), dash(start?.warm_seconds, digits),
+                          dash(start?.other_size_seconds, digits)
                         ];
                         return html(
                             'tr', {}, html('th', {scope: 'row'}, ...what(item)),

@@ -41,10 +41,12 @@ float element_at(const std::vector<std::byte>& bytes, size_t index, Storage stor
     return reinterpret_cast<const float*>(bytes.data())[index];
 }
 
-std::vector<const KernelCall*> calls_of(const Plan& plan, const KernelCall& ingest, const KernelCall& present) {
-    std::vector<const KernelCall*> calls{&ingest};
-    for (const PlannedStage& stage : plan.stages) calls.push_back(&stage.lowered.call);
-    calls.push_back(&present);
+std::vector<const KernelCall*> calls_of(const Plan& plan) {
+    std::vector<const KernelCall*> calls;
+    for (const PlannedStage& stage : plan.stages) {
+        calls.push_back(&stage.lowered.call);
+        if (stage.lowered.packing) calls.push_back(&stage.lowered.packing->call);
+    }
     return calls;
 }
 
@@ -58,17 +60,18 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
       compiled_before_(context.programs_compiled()),
       ingest_(ingest(plan.ingest)),
       present_(present(plan.layout.layouts[plan.layout.graph.output], options)),
-      kernels_(context, calls_of(plan, ingest_, present_)),
+      port_kernels_(context, {&ingest_, &present_}),
+      kernels_(context, calls_of(plan)),
       weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
       profiler_(options.profile && context.queue_has_profiling()) {
     allocate();
     const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
-    Stage& ingest_stage = add_stage(ingest_, "ingest", "ingest", 0, ingest_bytes());
+    Stage& ingest_stage = add_stage(port_kernels_, ingest_, "ingest", "ingest", 0, ingest_bytes());
     for (const auto* destination : destinations(plan.ingest))
         ingest_stage.input_memories.push_back(*destination ? (*destination)->memory : -1);
     for (const PlannedStage& planned : plan.stages) {
-        Stage& stage = add_stage(planned.lowered.call, planned.problem.node.name, planned.selection.describe(),
-                                 planned.operations, planned.bytes);
+        Stage& stage = add_stage(kernels_, planned.lowered.call, planned.problem.node.name,
+                                 planned.selection.describe(), planned.operations, planned.bytes);
         for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
@@ -76,7 +79,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
     }
     const double written = static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
     const double read = static_cast<double>(output.width) * output.height * output.channels * bytes_of(output.storage);
-    add_stage(present_, "present", "present", 0, read + written).input_memories = {output.memory};
+    add_stage(port_kernels_, present_, "present", "present", 0, read + written).input_memories = {output.memory};
     upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
     read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
     // Some drivers finish a kernel's compilation when it is first run.
@@ -147,10 +150,10 @@ void Executor::allocate() {
     }
 }
 
-Executor::Stage& Executor::add_stage(KernelCall call, std::string name, std::string kernel, double operations,
-                                     double bytes) {
+Executor::Stage& Executor::add_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel,
+                                     double operations, double bytes) {
     const int profile = profiler_.add_stage(std::move(name), std::move(kernel), operations, bytes);
-    stages_.push_back({Launch(kernels_, std::move(call)), {}, {}, -1, -1, profile});
+    stages_.push_back({Launch(kernels, std::move(call)), {}, {}, -1, -1, profile});
     return stages_.back();
 }
 

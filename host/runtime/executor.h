@@ -64,7 +64,8 @@ class Executor {
     void allocate();
     void warm_up(const std::function<void(double)>& progress);
     cl::Buffer zeroed(size_t bytes) const;
-    Stage& add_stage(KernelCall call, std::string name, std::string kernel, double operations, double bytes);
+    Stage& add_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel, double operations,
+                     double bytes);
     double ingest_bytes() const;
     const cl::Buffer& memory(int index) const;
     void bind_input(graph::Resource resource, const Image& image, const std::optional<TensorLayout>& layout);
@@ -80,7 +81,7 @@ class Executor {
     const UpscalerOptions& options_;
     const int compiled_before_;  // programs, when the constructor began
     const KernelCall ingest_, present_;
-    const Kernels kernels_;
+    const Kernels port_kernels_, kernels_;  // apart: a network's do not depend on the caller's formats
     Weights weights_;
     Profiler profiler_;
     cl::Buffer arena_;

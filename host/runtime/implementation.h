@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -64,12 +65,21 @@ struct KernelCall {
     int rows_an_item = 1;  // that a work-item makes
 };
 
-/// How a convolution's weights become what its kernel reads. `entry` of the same file and options takes (weights OIHW,
-/// biases, packed, uint packed_offset, uint weights_offset, uint biases_offset), offsets in floats, and writes one set;
-/// it is launched with `global` work-items in groups of one.
+/// What packing is told of a convolution: struct Shape of kernels/pack.cl, member by member.
+struct PackShape {
+    std::int32_t in_channels = 0;  // of a group
+    std::int32_t out_channels = 0;
+    std::int32_t taps = 0;
+    std::int32_t group = 1;  // blocks of output channels that are multiplied at once
+    std::int32_t parts = 0;
+    std::array<std::int32_t, 8> part_channels{};
+};
+static_assert(sizeof(PackShape) == 52);
+
+/// How a convolution's weights become what its kernel reads, by a kernel of kernels/pack.cl.
 struct Packing {
-    std::string entry;
-    std::array<size_t, 2> global{1, 1};
+    KernelCall call;
+    PackShape shape;
     size_t floats = 0;  // of one set
 };
 

@@ -55,6 +55,7 @@ Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& ca
         const std::string& source = different[i]->source;
         units.push_back({files[i], source.empty() ? ocl::kernel_file(files[i]) : source, options[i]});
     }
+    if (units.empty()) return;
     try {
         const cl::Program program = context.program(units);
         for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {program, i};
@@ -147,10 +148,10 @@ void Launch::enqueue_rows(const cl::CommandQueue& queue, int first, int end, cl:
     set_first_item(0);
 }
 
-PackLaunch::PackLaunch(const Kernels& kernels, const Lowered& lowered)
-    : packing_(lowered.packing.value()),
-      kernel_(kernels.create(lowered.call, packing_.entry)),
-      doing_("run kernel " + packing_.entry) {}
+PackLaunch::PackLaunch(const Kernels& kernels, const Packing& packing)
+    : packing_(packing),
+      kernel_(kernels.create(packing_.call, packing_.call.entry)),
+      doing_("run kernel " + packing_.call.entry) {}
 
 void PackLaunch::enqueue(const cl::CommandQueue& queue, const Source& source, const cl::Buffer& packed, int set) {
     ocl::checked(doing_, [&] {
@@ -160,8 +161,9 @@ void PackLaunch::enqueue(const cl::CommandQueue& queue, const Source& source, co
         kernel_.setArg(3, static_cast<cl_uint>(set * packing_.floats));
         kernel_.setArg(4, static_cast<cl_uint>(source.weights_offset));
         kernel_.setArg(5, static_cast<cl_uint>(source.biases_offset));
-        queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(packing_.global[0], packing_.global[1]),
-                                   cl::NDRange(1, 1));
+        kernel_.setArg(6, packing_.shape);
+        queue.enqueueNDRangeKernel(kernel_, cl::NullRange,
+                                   cl::NDRange(packing_.call.global[0], packing_.call.global[1]), cl::NDRange(1, 1));
     });
 }
 

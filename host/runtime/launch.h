@@ -71,11 +71,11 @@ class Launch {
     cl_uint first_argument_;        // after the sizes
 };
 
-/// The kernel that packs one set of a convolution's parameters for the kernel of `lowered`.
+/// The kernel that packs sets of a convolution's parameters.
 class PackLaunch {
   public:
-    /// `lowered.call` is one of `kernels`.
-    PackLaunch(const Kernels& kernels, const Lowered& lowered);
+    /// `packing.call` is one of `kernels`.
+    PackLaunch(const Kernels& kernels, const Packing& packing);
 
     /// One set of weights (OIHW) and biases within buffers of floats.
     struct Source {

@@ -48,7 +48,7 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
             packed.biases = parameters.out_channels;
             packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
                                        packed.floats * sets_on_device(graph, parameters) * sizeof(float));
-            packed.pack = std::make_unique<PackLaunch>(kernels, lowered);
+            packed.pack = std::make_unique<PackLaunch>(kernels, *lowered.packing);
             const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
             for (int set = 0; set < parameters.sets; ++set)
                 packed.pack->enqueue(context.queue(), {weights, set * packed.weights, biases, set * packed.biases},

@@ -35,14 +35,28 @@ Lowered lower(const Problem& problem, const Choices& choices, std::string file, 
     return lowered;
 }
 
-Packing packing(const Problem& problem, int out_channels, size_t floats) {
-    return {"pack", {static_cast<size_t>(problem.parameters->in_channels), static_cast<size_t>(out_channels)}, floats};
+/// A work-item for every input channel of a group and each of so many output channels.
+Packing packing(const Problem& problem, const Choices& choices, std::string entry, int out_channels, size_t floats) {
+    const graph::Parameters& parameters = *problem.parameters;
+    const ConvolutionInput input(problem);
+    Packing result;
+    result.call.file = "pack";
+    result.call.entry = std::move(entry);
+    result.call.global = {static_cast<size_t>(parameters.in_channels / parameters.groups),
+                          static_cast<size_t>(out_channels)};
+    result.shape.in_channels = parameters.in_channels / parameters.groups;
+    result.shape.out_channels = parameters.out_channels;
+    result.shape.taps = parameters.taps();
+    if (choices.contains("GROUP")) result.shape.group = choices.at("GROUP");
+    for (const InputPart& part : input.parts) result.shape.part_channels.at(result.shape.parts++) = part.channels;
+    result.floats = floats;
+    return result;
 }
 
 /// Biases and taps for whole blocks of output channels.
-Packing packing_in_blocks(const Problem& problem) {
+Packing packing_in_blocks(const Problem& problem, const Choices& choices, std::string entry) {
     const int out_channels = kBlock * blocks_of(problem);
-    return packing(problem, out_channels,
+    return packing(problem, choices, std::move(entry), out_channels,
                    size_t(out_channels) * (1 + problem.parameters->taps() * problem.parameters->in_channels));
 }
 
@@ -59,8 +73,8 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     Lowered lowered = lower(problem, choices, "convolution_plain", pixels(problem.output));
     const graph::Parameters& parameters = *problem.parameters;
     lowered.call.options += fmt::format(" -DGROUPS={} -DSTRIDE={}", parameters.groups, parameters.stride);
-    lowered.packing = packing(problem, parameters.out_channels, parameters.out_channels + parameters.weights_per_set());
-    lowered.packing->global[0] /= parameters.groups;
+    lowered.packing = packing(problem, choices, "pack_plain", parameters.out_channels,
+                              parameters.out_channels + parameters.weights_per_set());
     return lowered;
 }
 
@@ -96,7 +110,8 @@ Lowered lower_tiled(const Problem& problem, const Choices& choices) {
     const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS"))),
                                        static_cast<size_t>(problem.output.height)};
     Lowered lowered = lower(problem, choices, "convolution_tiled", global);
-    lowered.packing = packing_in_blocks(problem);
+    lowered.packing = packing_in_blocks(problem, choices, "pack_tiled");
+    if (choices.contains("HALF")) lowered.packing->call.options = "-DHALF";
     return lowered;
 }
 
@@ -134,7 +149,7 @@ Lowered lower_direct(const Problem& problem, const Choices& choices) {
     Lowered lowered = lower(problem, choices, "convolution_direct", global);
     lowered.call.row_axis = 0;
     lowered.call.rows_an_item = choices.at("ROWS");
-    lowered.packing = packing_in_blocks(problem);
+    lowered.packing = packing_in_blocks(problem, choices, "pack_direct");
     return lowered;
 }
 
@@ -193,7 +208,8 @@ Lowered lower_winograd(const Problem& problem, const Choices& choices) {
     lowered.call.row_axis = 0;
     lowered.call.rows_an_item = kTile;
     const int biases = kBlock * blocks_of(problem);
-    lowered.packing = packing(problem, biases, WinogradChannels(problem).packed_floats(biases));
+    lowered.packing =
+        packing(problem, choices, "pack_winograd", biases, WinogradChannels(problem).packed_floats(biases));
     return lowered;
 }
 
