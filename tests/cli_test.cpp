@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "cache_folder.h"
 #include "clarus/error.h"
 #include "cli/output_folder.h"
 #include "cli/quality_text.h"
@@ -1235,6 +1236,28 @@ TEST_CASE("a report, a trace or a description that the disk has no room for is n
         for (const auto& entry : fs::recursive_directory_iterator(place / "rendered"))
             CHECK_MESSAGE(entry.path().extension() != ".partial", entry.path());
     }
+}
+
+TEST_CASE("prepare compiles what a later run at any size asks for") {
+    const Workplace place;
+    const CacheFolder cache(place / "cache");
+    const Outcome prepared = run_tool({"prepare", "bicubic", "--device", test_selector()});
+    CHECK_MESSAGE(prepared.exit_code == 0, prepared.err);
+    CHECK_MESSAGE(contains(prepared.out, "bicubic fp32 on "), prepared.out);
+    CHECK_MESSAGE(contains(prepared.out, ": compiled in "), prepared.out);
+    const Outcome again = run_tool({"prepare", "bicubic", "--device", test_selector()});
+    CHECK_MESSAGE(contains(again.out, ": was there"), again.out);
+    const fs::path report = place / "report.json";
+    CHECK(place.upscale("bicubic", {"--report", report.string()}).exit_code == 0);
+    CHECK(json::parse(io::read_file(report))["programs_compiled"] <= 1);  // for the formats of the sequence
+
+    CHECK(run_tool({"prepare"}).exit_code == 2);
+    CHECK(run_tool({"prepare", "bicubic", "--all"}).exit_code == 2);
+    CHECK(run_tool({"prepare", "bicubic", "--precision", "fp64"}).exit_code == 2);
+    const Outcome unknown = run_tool({"prepare", "bicubic", "no-such-model", "--device", test_selector()});
+    CHECK(unknown.exit_code == 1);
+    CHECK_MESSAGE(unknown.out.empty(), unknown.out);
+    CHECK_MESSAGE(contains(unknown.err, "no-such-model"), unknown.err);
 }
 
 TEST_CASE("a folder without enough free space is refused, and folders made for nothing go") {

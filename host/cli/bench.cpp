@@ -43,12 +43,6 @@ Size output_size(const std::string& text) {
     return *size;
 }
 
-Precision parse_precision(const std::string& text) {
-    if (text == "fp32") return Precision::fp32;
-    if (text == "fp16") return Precision::fp16;
-    throw CLI::ValidationError("--precision", text + " is none of fp32|fp16");
-}
-
 std::filesystem::path default_output() {
     const auto time = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
     return fmt::format("bench-{:%Y-%m-%d-%H%M%S}.json", fmt::localtime(std::chrono::system_clock::to_time_t(time)));

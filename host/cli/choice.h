@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "clarus/upscaler.h"
+
 namespace clarus::cli {
 
 /// An option that takes one of a few words, each standing for a value of `target`.
@@ -22,6 +24,13 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, Target& targ
         throw CLI::ValidationError(name, fmt::format("{} is none of {}", given, allowed));
     };
     return command.add_option_function<std::string>(name, choose, description)->type_name(allowed);
+}
+
+/// A value of an option `--precision` that takes several.
+inline Precision parse_precision(const std::string& text) {
+    if (text == "fp32") return Precision::fp32;
+    if (text == "fp16") return Precision::fp16;
+    throw CLI::ValidationError("--precision", text + " is none of fp32|fp16");
 }
 
 }  // namespace clarus::cli

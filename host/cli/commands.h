@@ -13,6 +13,7 @@ void add_render_command(CLI::App& app);
 void add_devices_command(CLI::App& app);
 void add_models_command(CLI::App& app);
 void add_model_command(CLI::App& app);
+void add_prepare_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 
 }  // namespace clarus::cli

@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
     clarus::cli::add_devices_command(app);
     clarus::cli::add_models_command(app);
     clarus::cli::add_model_command(app);
+    clarus::cli::add_prepare_command(app);
     clarus::cli::add_bench_command(app);
 
     try {
