@@ -21,11 +21,11 @@
 INLINE void stage_part(INPUT_PARAMETERS int part, int channels, int x, int y, int inside, local float* to) {
     int c = 0;
     for (; c + 16 <= channels; c += 16) {
-        const float16 v = inside ? read16(INPUT part, x, y, c) : (float16)(0);
+        const float16 v = inside ? read16(INPUT part, x, y, c, 1) : (float16)(0);
         vstore16(v, 0, to + c);
     }
     for (; c < channels; c += 4) {
-        const float4 v = inside ? read4(INPUT part, x, y, c) : (float4)(0);
+        const float4 v = inside ? read4(INPUT part, x, y, c, 1) : (float4)(0);
         vstore4(v, 0, to + c);
     }
 }

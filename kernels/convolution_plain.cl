@@ -11,7 +11,7 @@
 
 INLINE float channel(INPUT_PARAMETERS int x, int y, int c) {
 #define CHANNEL(P) \
-    if (c < PART##P##_FIRST + PART##P##_CHANNELS) return read1(INPUT P, x, y, c - PART##P##_FIRST);
+    if (c < PART##P##_FIRST + PART##P##_CHANNELS) return read1(INPUT P, x, y, c - PART##P##_FIRST, 1);
     EACH_PART(CHANNEL)
     return 0;
 }

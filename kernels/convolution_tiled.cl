@@ -37,7 +37,7 @@ typedef float16 operand16;
 // Channels c to c + 3 of the input; those of a part begin at multiples of four.
 INLINE float4 quad(INPUT_PARAMETERS int x, int y, int c) {
 #define QUAD(P) \
-    if (c < PART##P##_FIRST + PART##P##_CHANNELS) return read4(INPUT P, x, y, c - PART##P##_FIRST);
+    if (c < PART##P##_FIRST + PART##P##_CHANNELS) return read4(INPUT P, x, y, c - PART##P##_FIRST, 1);
     EACH_PART(QUAD)
     return 0.0f;
 }
@@ -75,10 +75,10 @@ INLINE float16 samples_share(INPUT_PARAMETERS int x, int y, global const operand
     float16 sum = 0.0f;
 #if DENSE_CIN < CIN
     for (int tap = 0; tap < TAPS; ++tap, weights += 16) {
-        const int px = x + tap % KERNEL - KERNEL / 2, py = y + tap / KERNEL - KERNEL / 2;
+        const int px = x + tap % KERNEL - KERNEL / 2, py = y + tap / KERNEL - KERNEL / 2, clamped = 1;
         if (!INSIDE(IN, px, py) || !ON_SAMPLE(SAMPLES_PART, px, py)) continue;
         for (int c = 0; c < CIN - DENSE_CIN; ++c)
-            sum = MAD((float16)(read1(INPUT SAMPLES_PART, px, py, c)), SUM16(vload16(TAPS * c, weights)), sum);
+            sum = MAD((float16)(read1(INPUT SAMPLES_PART, px, py, c, 1)), SUM16(vload16(TAPS * c, weights)), sum);
     }
 #endif
     return sum;

@@ -57,18 +57,18 @@ INLINE void transform_output(float16 a, float16 b, float16 c, float16 d, float16
 }
 
 // `lanes` channels of a part, of 16 / lanes neighbouring tiles, at the pixel (x, y) of the first; zero outside the
-// image.
+// image. What is not `guarded` is within what all parts have.
 INLINE float16 lanes16(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float16)(0);
-    return read16(INPUT part, x, y, channel);
+    return read16(INPUT part, x, y, channel, guarded);
 }
 INLINE float8 lanes8(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float8)(0);
-    return read8(INPUT part, x, y, channel);
+    return read8(INPUT part, x, y, channel, guarded);
 }
 INLINE float4 lanes4(INPUT_PARAMETERS int part, int x, int y, int channel, int guarded) {
     if (guarded && !INSIDE(IN, x, y)) return (float4)(0);
-    return read4(INPUT part, x, y, channel);
+    return read4(INPUT part, x, y, channel, guarded);
 }
 INLINE float16 load_lanes(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int guarded) {
     if (lanes == 4)
@@ -155,7 +155,7 @@ INLINE void transform_strip(INPUT_PARAMETERS int part, int x, int y, int channel
                             local float* patch) {
     const int step = 16 / lanes;
     for (int t = 0; t < tiles; t += step, x += 4 * step, patch += 16) {
-        if (x >= 0 && x + 4 * step + 2 <= IN_WIDTH && y >= 0 && y + 6 <= IN_HEIGHT)
+        if (x >= 0 && x + 4 * step + 2 <= COMMON_WIDTH && y >= 0 && y + 6 <= COMMON_HEIGHT)
             transform_inside(INPUT part, x, y, channel, is_rest, patch);
         else
             transform_at_border(INPUT part, x, y, channel, lanes, patch);

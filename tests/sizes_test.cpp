@@ -121,10 +121,11 @@ TEST_CASE("another size asks for no other programs, of any shipped model, whole 
                 CAPTURE(file.filename().string());
                 CAPTURE(band_rows);
                 const std::set<std::string> programs = programs_of(model, {960, 540}, profile, band_rows);
-                for (const std::string& program : programs_of(model, {480, 272}, profile, band_rows)) {
-                    if (!programs.contains(program)) MESSAGE(program);
-                    CHECK(programs.contains(program));
-                }
+                for (const Size other : {Size{480, 272}, {719, 405}, {961, 541}})
+                    for (const std::string& program : programs_of(model, other, profile, band_rows)) {
+                        if (!programs.contains(program)) MESSAGE(program);
+                        CHECK(programs.contains(program));
+                    }
             }
     }
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 
@@ -61,21 +62,26 @@ void ConvolutionInput::describe(KernelCall& call) const {
     const int width = convolution.readings.empty() ? first.width : convolution.width;
     const int height = convolution.readings.empty() ? first.height : convolution.height;
     call.tensors.push_back({"IN", {width, height, 0, 0, 0, 0}});
-    call.options +=
-        fmt::format(" -DCIN={} -DPARTS={} -DLANES={} -DIN_WIDTH=sizes->IN.width -DIN_HEIGHT=sizes->IN.height", channels,
-                    parts.size(), lanes);
-    const auto add = [&](const std::string& name, const TensorLayout& image) {
-        add_tensor(call, name, image);
-        call.options += fmt::format(" -D{}_SMALLER={}", name, image.width < width || image.height < height ? 1 : 0);
-    };
+    TensorArgument common{width, height, 0, 0, 0, 0};
+    for (size_t i = 0; i < problem_.inputs.size(); ++i) {
+        const Reading reading = convolution.readings.empty() ? Reading::whole : convolution.readings[i];
+        if (reading == Reading::pooled || reading == Reading::upsampled) continue;
+        common.width = std::min(common.width, problem_.inputs[i].width);
+        common.height = std::min(common.height, problem_.inputs[i].height);
+    }
+    call.tensors.push_back({"COMMON", common});
+    call.options += fmt::format(
+        " -DCIN={} -DPARTS={} -DLANES={} -DIN_WIDTH=sizes->IN.width -DIN_HEIGHT=sizes->IN.height "
+        "-DCOMMON_WIDTH=sizes->COMMON.width -DCOMMON_HEIGHT=sizes->COMMON.height",
+        channels, parts.size(), lanes);
     int dense = channels;
     for (size_t i = 0; i < parts.size(); ++i) {
         const InputPart& part = parts[i];
         const TensorLayout& image = problem_.inputs[part.image];
         call.options += fmt::format(" -DPART{0}_READING={1} -DPART{0}_FIRST={2} -DPART{0}_LANE={3}", i,
                                     name_of(part, image), part.first, part.lane);
-        add(fmt::format("PART{}", i), image);
-        if (part.factor >= 0) add(fmt::format("FACTOR{}", i), problem_.inputs[part.factor]);
+        add_tensor(call, fmt::format("PART{}", i), image);
+        if (part.factor >= 0) add_tensor(call, fmt::format("FACTOR{}", i), problem_.inputs[part.factor]);
         if (image.samples == 1) continue;
         call.options += fmt::format(" -DPART{0}_SCALE={1} -DSAMPLES_PART={0}", i, image.samples);
         dense = part.first;
