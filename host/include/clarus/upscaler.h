@@ -61,8 +61,8 @@ struct UpscalerOptions : StreamOptions {
     /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: 32, where
     /// whole images would be large for the device.
     int band_rows = 0;
-    /// Of the output, in pixels, from 1 to 2^15 a side; where not set, the render size times the model's scale. Where it
-    /// is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a bicubic filter
+    /// Of the output, in pixels, from 1 to 2^15 a side; where not set, the render size times the model's scale. Where
+    /// it is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a bicubic filter
     /// without overshoot, at most four times, or reduced to the mean of what each pixel covers, at most to a quarter.
     /// What the model keeps for later frames stays as it is.
     std::optional<Size> output_size;
