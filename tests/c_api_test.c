@@ -64,6 +64,15 @@ int main(void) {
     chosen[0].name = NULL;
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
     options = clarus_default_options();
+    options.output_width = WIDTH + 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "output size"));
+    options.output_height = HEIGHT;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    clarus_upscaler_output_size(upscaler, &width, &height);
+    CHECK(width == WIDTH + 1 && height == HEIGHT);
+    clarus_upscaler_release(upscaler);
+    options = clarus_default_options();
     clarus_model_release(model);
 
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);

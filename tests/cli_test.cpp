@@ -302,6 +302,67 @@ TEST_CASE("a network of any scale whose file says none takes the sequence's, or 
                   "not by --scale 1.5");
 }
 
+TEST_CASE("upscale --output-size resamples what a model makes, or asks a model of any scale for it") {
+    const Workplace place;
+    const auto size = [&] { return io::read_image_header(place.output() / "0002.png").size; };
+    Outcome outcome = place.upscale(network, {"--output-size", "60x25", "--profile", "--view", "alpha"});
+    REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+    CHECK(size() == Size{60, 25});
+    CHECK(contains(outcome.out, "resampling 48x32 to 60x25\n"));
+    CHECK(contains(outcome.out, "output size"));
+    CHECK_FALSE(contains(outcome.out, "PSNR"));
+    CHECK(io::read_image_header(place.output() / "views/alpha/0002.png").size == output_size);
+    // Made for another scale than the sequence.
+    REQUIRE(place.upscale(network_x3, {"--output-size", "48x32"}).exit_code == 0);
+    CHECK(size() == output_size);
+    // A filter's own scale does it, where one does.
+    outcome = place.upscale("bicubic", {"--output-size", "36x24", "--profile"});
+    CHECK(size() == Size{36, 24});
+    CHECK_FALSE(contains(outcome.out, "output size"));
+    CHECK(contains(place.upscale("bicubic", {"--output-size", "36x30"}).out, "resampling 45x30 to 36x30\n"));
+    CHECK(contains(place.upscale("bicubic", {"--output-size", "12x9"}).out, "resampling 24x16 to 12x9\n"));
+    CHECK(contains(place.upscale("bicubic", {"--scale", "2", "--output-size", "36x24"}).out, "48x32 to 36x24\n"));
+    CHECK_FALSE(contains(place.upscale("bicubic", {"--output-size", "40x27"}).out, "resampling"));
+    // Pictures in between have one scale.
+    REQUIRE(place.upscale("bicubic", {"--output-size", "36x24", "--frame-rate", "x2"}).exit_code == 0);
+    CHECK(io::read_image_header(place.output() / "0002-before.png").size == Size{36, 24});
+
+    const Workplace untouched;
+    check_refused(untouched, untouched.upscale(network, {"--output-size", "193x32"}), "the model makes 48x32");
+    check_refused(untouched, untouched.upscale(network, {"--output-size", "48x7"}), "output size 48x7");
+    check_refused(untouched, untouched.upscale(network_x3), "--output-size");
+    for (const char* wrong : {"48", "48x", "0x32", "48x-32", "48x32x2"}) {
+        outcome = untouched.upscale(network, {"--output-size", wrong});
+        CHECK(outcome.exit_code == 2);
+        CHECK(contains(outcome.err, "not WIDTHxHEIGHT"));
+    }
+}
+
+TEST_CASE("a sequence's references may have the output size that it says") {
+    const Workplace place;
+    const Size size{40, 29};
+    json description = place.description();
+    description["output_size"] = {size.width, size.height};
+    place.describe(description);
+    check_refused(place, place.upscale(network), "48x32 pixels where the sequence has 40x29 for the reference");
+    for (const json& frame : description["frames"])
+        io::write_image(place.sequence() / std::string(frame["reference"]), noise(size, 3, 0, 1, 7),
+                        io::SampleType::u8);
+    for (const std::string& model : {network, network_x3, std::string("bicubic")}) {
+        const Outcome outcome = place.upscale(model);
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        CHECK(contains(outcome.out, "to 40x29, the output_size of the sequence\n"));
+        CHECK(contains(outcome.out, "PSNR"));
+        CHECK(io::read_image_header(place.output() / "0001.png").size == size);
+    }
+    const Outcome compared = run_tool({"compare", place.output().string(), place.sequence().string()});
+    CHECK_MESSAGE(compared.exit_code == 0, compared.err);
+    CHECK(contains(compared.out, "PSNR"));
+    // --scale alone is the output's.
+    REQUIRE(place.upscale("bicubic", {"--scale", "1.5"}).exit_code == 0);
+    CHECK(io::read_image_header(place.output() / "0001.png").size == Size{36, 24});
+}
+
 TEST_CASE("every filter is a model") {
     const Workplace place;
     for (const char* filter : {"nearest", "lanczos", "fsr1", "fsr2"}) {

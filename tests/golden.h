@@ -30,7 +30,7 @@ struct Run {
 };
 
 /// All frames of a golden file through the upscaler, or the first so many, with what it needs. Motion is sampled where
-/// the file says.
+/// the file says. With an output size of the options' there are no differences.
 Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1);
 
 /// The frame whose intermediates golden files hold.

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -268,8 +269,21 @@ TEST_CASE("files outside the sequence's folder are refused, however they are nam
     CHECK_THROWS_WITH_AS(file.read(), Contains("frames[0].color"), Error);
 }
 
+TEST_CASE("a sequence may say what its output size is") {
+    json text = description();
+    text["output_size"] = {1920, 810};
+    const Sequence sequence = Description(text.dump()).read();
+    CHECK(sequence.output_size() == Size{1920, 810});
+    CHECK(sequence.scale == 2);
+    CHECK(sequence.output_scale() == doctest::Approx(std::sqrt(2 * 1.5)));
+    CHECK(Description(description().dump()).read().output_scale() == 2);
+    CHECK(message_with("/output_size", 1920) == Contains("output_size must be a list of 2, not 1920"));
+    CHECK(message_with("/output_size", {1920, 0}) == Contains("output_size[1] must be a whole number from 1"));
+}
+
 TEST_CASE("a sequence that is written reads as it was") {
     json text = description();
+    text["output_size"] = {1440, 900};
     text["color_space"] = "linear";
     text["depth"] = {{"encoding", "projective"}, {"reversed", true}, {"near", 0.1}, {"far", nullptr}};
     text["frames"][1]["exposure"] = 0.3;
@@ -288,6 +302,7 @@ TEST_CASE("a sequence that is written reads as it was") {
 
     CHECK(after.render_size == before.render_size);
     CHECK(after.scale == before.scale);
+    CHECK(after.output_size() == Size{1440, 900});
     CHECK(after.frame_rate == before.frame_rate);
     CHECK(after.color_space == before.color_space);
     CHECK(after.depth.projective);

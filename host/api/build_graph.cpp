@@ -48,6 +48,20 @@ Size output_size(Size render, double scale) {
     return scaled(render, scale);
 }
 
+Size shown_size(Size own, const std::optional<Size>& asked) {
+    if (!asked) return own;
+    const auto reaches = [](int from, int to) {
+        return to >= 1 && to <= kLargestSide && to <= graph::kMostFitRatio * from && from <= graph::kMostFitRatio * to;
+    };
+    if (!reaches(own.width, asked->width) || !reaches(own.height, asked->height))
+        fail(
+            ErrorKind::invalid_argument,
+            "output size {}x{}: the model makes {}x{}, which can be resampled to sides from 1 to {} pixels, at most {} "
+            "times as large or as small",
+            asked->width, asked->height, own.width, own.height, kLargestSide, graph::kMostFitRatio);
+    return *asked;
+}
+
 graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {
     const pipelines::PipelineOptions values = option_values(model, options);
     for (const pipelines::FilterPipeline& filter : pipelines::filters())

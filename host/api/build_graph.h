@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "clarus/model.h"
 #include "clarus/types.h"
 #include "clarus/upscaler.h"
@@ -10,6 +12,10 @@ namespace clarus {
 /// Output resolution of a render resolution, sides rounded to the nearest. Errors: invalid_argument where either is not
 /// from 1 to 2^15 on a side.
 Size output_size(Size render, double scale);
+
+/// What is shown of a model's result of size `own`: the size asked for, or else that. Errors: invalid_argument where it
+/// is not from 1 to 2^15 on a side, or more than kMostFitRatio times as large or small as the result along an axis.
+Size shown_size(Size own, const std::optional<Size>& asked);
 
 /// What the model computes at this size. Errors: invalid_argument, naming the model and the pipeline's option that it
 /// does not have or that is out of range.

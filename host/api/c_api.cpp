@@ -89,6 +89,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
+    if (from.output_width != 0 || from.output_height != 0)
+        options.output_size = clarus::Size{from.output_width, from.output_height};
     for (size_t i = 0; i < from.pipeline_option_count; ++i) {
         const clarus_pipeline_option& option = from.pipeline_options[i];
         if (!option.name)

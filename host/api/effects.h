@@ -5,8 +5,9 @@
 
 namespace clarus {
 
-/// The graph with what the options ask for before and after a model: antialiasing of its colour input, antialiasing and
-/// sharpening of what it shows. Its states and views, but that of the input, are as they were.
-graph::Graph with_effects(const graph::Graph& graph, const UpscalerOptions& options);
+/// The graph with what the options ask for before and after a model: antialiasing of its colour input, antialiasing of
+/// what it shows, which is then resampled to size `shown` where it has another (shown_size), and sharpened. Its states
+/// and views, but that of the input, are as they were.
+graph::Graph with_effects(const graph::Graph& graph, Size shown, const UpscalerOptions& options);
 
 }  // namespace clarus

@@ -37,9 +37,10 @@ struct Upscaler::State {
     Model model;
     Stream stream;
 
-    State(Device device, Model used_model, Size render, Size output, UpscalerOptions options)
+    /// `own` is the size of what the model makes, `output` that of what is shown.
+    State(Device device, Model used_model, Size render, Size own, Size output, UpscalerOptions options)
         : model(std::move(used_model)),
-          stream(std::move(device), with_effects(build_graph(model, render, output, options), options),
+          stream(std::move(device), with_effects(build_graph(model, render, own, options), output, options),
                  {.color = render, .render = render, .output = output}, model.scale(), options) {}
 
     /// Only now is the largest distance of the run known.
@@ -54,8 +55,9 @@ struct Upscaler::State {
 };
 
 Upscaler::Upscaler(Device device, Model model, Size render_size, UpscalerOptions options) {
-    const Size output = clarus::output_size(render_size, model.scale());
-    state_ = std::make_unique<State>(std::move(device), std::move(model), render_size, output, std::move(options));
+    const Size own = clarus::output_size(render_size, model.scale());
+    const Size output = shown_size(own, options.output_size);
+    state_ = std::make_unique<State>(std::move(device), std::move(model), render_size, own, output, std::move(options));
 }
 Upscaler::~Upscaler() = default;
 Upscaler::Upscaler(Upscaler&&) noexcept = default;

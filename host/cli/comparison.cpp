@@ -240,7 +240,7 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         metrics::StrredFrame strred;
     } previous;
     std::optional<metrics::MaskMaker> masks_of;
-    if (const auto& sequence = references.front().sequence) masks_of.emplace(sequence->scale);
+    if (const auto& sequence = references.front().sequence) masks_of.emplace(sequence->output_scale());
     Progress progress("comparing");
     for (size_t i = 0; i < references.size(); ++i) {
         const Reference& reference = references[i];

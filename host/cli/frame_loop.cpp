@@ -43,7 +43,8 @@ size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
     const auto image = [](Size size, size_t channels) { return sizeof(float) * channels * size.width * size.height; };
     // Input is there twice: of as many frames to come.
     const size_t input = image(upscaler.render_size(), 6) + image(upscaler.output_size(), output.measure ? 3 : 0);
-    const size_t results = image(upscaler.output_size(), 3) * (1 + output.interpolated + output.views.size());
+    const size_t results =
+        image(upscaler.output_size(), 3) * (1 + output.interpolated) + image(output.view_size, 3) * output.views.size();
     const size_t cores = std::max(1u, std::thread::hardware_concurrency());
     return std::clamp<size_t>(memory / (2 * input + results), 2, cores + 1);
 }
@@ -126,7 +127,7 @@ class FrameLoop {
         frame.output = image(slot.output);
         slot.event = upscaler_.submit(frame);
         for (const std::string& name : output_.views)
-            slot.views[name] = view_picture(upscaler_.view(name), upscaler_.output_size());
+            slot.views[name] = view_picture(upscaler_.view(name), output_.view_size);
     }
 
     void finish(Slot& slot) {

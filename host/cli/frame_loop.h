@@ -19,6 +19,7 @@ struct FrameOutput {
     std::filesystem::path folder;
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
+    Size view_size;                  // of their pictures: that of what the model makes
     bool measure = true;             // compare with references where the sequence has them
     bool interpolated = false;       // with pictures in between
     int png_compression = 1;         // zlib's level, 0 to 9

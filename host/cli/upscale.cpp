@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/parse.h"
+#include "base/rounding.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/frame_loop.h"
@@ -36,6 +38,7 @@ struct UpscaleOptions {
     SequenceOptions sequence;
     std::string model;
     std::optional<double> scale;
+    std::optional<Size> output_size;
     std::filesystem::path output;
     std::string device = "auto";
     UpscalerOptions settings;  // but for what the sequence says
@@ -47,29 +50,55 @@ struct UpscaleOptions {
     std::filesystem::path trace, report;
 };
 
-// A network has its scale, or else, as a filter does, takes --scale or what the sequence was rendered for.
+// What is run, and the output size where that is not what the model makes.
 struct Input {
     Model model;
     io::Sequence sequence;
+    std::optional<Size> output_size;
 };
 
+/// For a model of any scale: one that makes output of this size, or else the nearest larger one along both axes.
+double scale_to(Size output, const io::Sequence& sequence, const Model& model) {
+    const Size render = sequence.render_size;
+    const double across = static_cast<double>(output.width) / render.width;
+    const double down = static_cast<double>(output.height) / render.height;
+    const ScaleRange scales = model.scales();
+    for (const double scale : {sequence.scale, across, down})
+        if (scaled(render, scale) == output && scales.contains(scale)) return scale;
+    return std::clamp(std::max(across, down), scales.smallest, scales.largest);
+}
+
+// A network has its scale, or else, as a filter does, takes --scale or what suits the output. That is, from the first
+// that is given: --output-size, --scale, what the sequence says.
 Input read_input(const UpscaleOptions& options) {
     Model model = Model::find(options.model, options.scale.value_or(2));
     const bool has_its_own = model.scales().is_single();
     if (has_its_own && options.scale && *options.scale != model.scale())
         fail(ErrorKind::invalid_argument,
-             "model {} upscales by {}, not by --scale {}; `clarus models` lists what takes any scale", model.name(),
-             model.scale(), *options.scale);
+             "model {} upscales by {}, not by --scale {}; `clarus models` lists what takes any scale, and "
+             "--output-size WxH resamples what it makes",
+             model.name(), model.scale(), *options.scale);
 
     io::Sequence sequence = options.sequence.read(model.scale());
+    std::optional<Size> output_size = options.output_size;
+    if (!output_size && !options.scale) output_size = sequence.shown_size;
     if (!has_its_own) {
-        model = Model::find(options.model, options.scale.value_or(sequence.scale));
-    } else if (model.scale() != sequence.scale) {
+        const double usual = output_size ? scale_to(*output_size, sequence, model) : sequence.scale;
+        model = Model::find(options.model, options.scale.value_or(usual));
+    } else if (!output_size && model.scale() != sequence.scale) {
         fail(ErrorKind::invalid_argument,
-             "model {} upscales by {}, but the sequence {} is made for {}; `clarus models` lists the models there are",
+             "model {} upscales by {}, but the sequence {} is made for {}; `clarus models` lists the models there are, "
+             "and --output-size WxH resamples what one makes",
              model.name(), model.scale(), options.sequence.path.string(), sequence.scale);
     }
-    return {std::move(model), std::move(sequence)};
+    return {std::move(model), std::move(sequence), output_size};
+}
+
+Size parse_output_size(const std::string& text) {
+    const std::optional<Size> size = parse_size(text);
+    if (!size)
+        throw CLI::ValidationError("--output-size", text + " is not WIDTHxHEIGHT with both from 1, such as 2560x1440");
+    return *size;
 }
 
 Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
@@ -82,8 +111,10 @@ Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
     return format;
 }
 
-UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence) {
+UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence,
+                                 const std::optional<Size>& output_size) {
     UpscalerOptions result = options.settings;
+    result.output_size = output_size;
     result.color_space = sequence.color_space;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
@@ -120,10 +151,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 void upscale(const UpscaleOptions& options) {
-    const auto [model, sequence] = read_input(options);
+    const auto [model, sequence, output_size] = read_input(options);
     const Format format = output_format(options, sequence.color_space);
     const Device device = Device::open(options.device);
-    UpscalerOptions settings = upscaler_options(options, sequence);
+    UpscalerOptions settings = upscaler_options(options, sequence, output_size);
     if (!options.views.empty()) {
         const std::vector<std::string> names = Upscaler(device, model, sequence.render_size, settings).view_names();
         if (options.views == only_list) {
@@ -138,15 +169,21 @@ void upscale(const UpscaleOptions& options) {
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), settings);
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
+    const Size made = scaled(sequence.render_size, model.scale());
     const FrameOutput output{options.output,
                              format == Format::exr ? ".exr" : ".png",
                              options.views,
-                             model.scale() == sequence.scale,
+                             made,
+                             upscaler.output_size() == sequence.output_size(),
                              interpolator.has_value(),
                              options.png_compression};
     refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
+
+    if (upscaler.output_size() != made)
+        fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
+                   upscaler.output_size().height, options.output_size ? "" : ", the output_size of the sequence");
 
     const auto start = std::chrono::steady_clock::now();
     {
@@ -208,8 +245,14 @@ void add_upscale_command(CLI::App& app) {
     command
         .add_option("--scale", options->scale,
                     "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
-                    "their range")
+                    "their range. Without --output-size, output is S times the render size")
         ->type_name("S");
+    command
+        .add_option_function<std::string>(
+            "--output-size", [options](const std::string& text) { options->output_size = parse_output_size(text); },
+            "In place of the render size times the model's scale, or of the sequence's output_size: what the model "
+            "makes is resampled to it, to a quarter to four times along each axis")
+        ->type_name("WxH");
     add_pipeline_options(command, options->settings.pipeline_options);
     options->sequence.add_to(command);
     add_choice<Precision, Precision>(
@@ -265,6 +308,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"
         "  clarus upscale sequence --model bicubic --output upscaled --frames 0:24\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --device gpu --profile --report report.json\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled --output-size 2560x1440\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
         "  clarus upscale sequence --model enss-s-x2 --view list");
     command.callback([options] {

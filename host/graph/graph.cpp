@@ -60,6 +60,13 @@ Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift
     return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
 }
 
+Value Graph::fit(Value image, Size size, std::string name) {
+    const Shape in = shape(image);
+    const auto reaches = [](int from, int to) { return to <= kMostFitRatio * from && from <= kMostFitRatio * to; };
+    expect(reaches(in.width, size.width) && reaches(in.height, size.height), "an image fits a size near its own");
+    return add(Fit{}, {image}, {in.channels, size.height, size.width}, std::move(name));
+}
+
 Value Graph::easu(Value color, double scale, Size size) {
     expect(shape(color).channels == 3, "edges are found in colour");
     return add(Easu{scale}, {color}, {3, size.height, size.width}, "easu");

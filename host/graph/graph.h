@@ -91,6 +91,7 @@ class Graph {
     Value upsample(Value image, int scale, Shift shift, std::string name);
     Value upsample_motion(Value motion, int scale, std::string name);
     Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
+    Value fit(Value image, Size size, std::string name);
     Value easu(Value color, double scale, Size output_size);
     Value rcas(Value color, float sharpness);
     Value dilate(Value motion, Value depth, int scale);

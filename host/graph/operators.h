@@ -65,6 +65,14 @@ struct Resample {
     Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, operations_an_element(filter)}; }
 };
 
+/// An image as it would be shown, in [0, 1], at another size, each axis at a ratio of its own: enlarged by Keys'
+/// bicubic without overshoot, or reduced to the mean of what each pixel covers. Input: an image. Result: up to
+/// kMostFitRatio times as large along an axis, or as small.
+struct Fit {
+    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, operations_of_fit}; }
+};
+inline constexpr int kMostFitRatio = 4;
+
 /// EASU, the first pass of FSR 1, at any real scale, aware of the jitter. Input: colour.
 struct Easu {
     double scale;
@@ -436,12 +444,12 @@ struct Pointwise {
     }
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Easu, Rcas, Dilate,
-                 Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, LandedSource, MiddleMotion,
-                 Between, WarpSharply, Sense, Compose, Residual, Trust, Collect, Warp, MaxPool, Pick, Place,
-                 AveragePool, Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide,
-                 NssFlicker, NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Fit,
+                              Easu, Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
+                              Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense, Compose, Residual,
+                              Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
+                              Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve,
+                              SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 inline Traits traits(const Operator& op) {
     return std::visit(

@@ -69,6 +69,14 @@ double operations_of_convolution(const Graph& graph, const Node& node) {
            static_cast<double>(node.shape.elements());
 }
 
+double operations_of_fit(const Graph& graph, const Node& node) {
+    const Shape &in = graph.shape(node.inputs[0]), &out = node.shape;
+    // Of each tap a product, a sum and two comparisons.
+    const auto of_axis = [](int from, int to) { return 4.0 * (to > from ? 4 : ceil_divide(from, to)); };
+    const double along_y = static_cast<double>(out.channels) * out.height * in.width * of_axis(in.height, out.height);
+    return along_y + static_cast<double>(out.elements()) * of_axis(in.width, out.width);
+}
+
 double operations_an_element(Filter filter) {
     switch (filter) {
         case Filter::nearest:

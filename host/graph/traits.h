@@ -73,6 +73,7 @@ class Cost {
     Function of_all_ = nullptr;
 };
 double operations_of_convolution(const Graph& graph, const Node& node);
+double operations_of_fit(const Graph& graph, const Node& node);
 
 /// What passes and plans must know of an operator. Each has a member traits() that says it, all but the placement being
 /// required: one that lacks them does not compile.

@@ -22,6 +22,12 @@ constexpr double largest_scale = largest_extent;  // that of an image of one pix
 constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
                                     "ui",       "reference_depth", "reference_motion", "reference_aliased"};
 
+Size read_size(const JsonNode& node) {
+    const std::vector<JsonNode> sides = node.items(2);
+    return {static_cast<int>(sides[0].integer(1, largest_extent)),
+            static_cast<int>(sides[1].integer(1, largest_extent))};
+}
+
 /// Where the JSON is.
 struct Folder {
     std::filesystem::path path, canonical;
@@ -128,10 +134,9 @@ Sequence read_native(const std::filesystem::path& description) {
     Sequence sequence;
     sequence.folder = description.has_parent_path() ? description.parent_path() : ".";
     root["version"].integer(1, 1);
-    const std::vector<JsonNode> size = root["render_size"].items(2);
-    sequence.render_size = {static_cast<int>(size[0].integer(1, largest_extent)),
-                            static_cast<int>(size[1].integer(1, largest_extent))};
+    sequence.render_size = read_size(root["render_size"]);
     sequence.scale = root["scale"].number(1, largest_scale);
+    if (const auto shown = root.find("output_size")) sequence.shown_size = read_size(*shown);
     if (const auto rate = root.find("frame_rate")) sequence.frame_rate = rate->positive();
     sequence.color_space =
         root["color_space"].choice<ColorSpace>({{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});
@@ -219,6 +224,7 @@ void write_sequence(const Sequence& sequence, const std::filesystem::path& folde
                    {"jittered", motion.jittered},
                    {"sampled_at", motion.sampled_at_jitter ? "jittered" : "centre"}}},
                  {"frames", Json::array()}};
+    if (sequence.shown_size) json["output_size"] = {sequence.shown_size->width, sequence.shown_size->height};
     if (depth.projective) {
         json["depth"]["near"] = sequence.frames.front().near_plane;
         json["depth"]["far"] = far_or_null(sequence.frames.front().far_plane);

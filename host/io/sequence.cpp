@@ -1,5 +1,7 @@
 #include "io/sequence.h"
 
+#include <cmath>
+
 #include "base/error.h"
 #include "io/native.h"
 #include "io/nss.h"
@@ -29,6 +31,12 @@ MotionEncoding Sequence::motion_encoding() const {
                       direction * (uv ? render_size.height : 1) * (motion.y_up ? -1 : 1)},
             .jittered = motion.jittered,
             .sampled_at_jitter = motion.sampled_at_jitter};
+}
+
+double Sequence::output_scale() const {
+    if (!shown_size) return scale;
+    const double across = static_cast<double>(shown_size->width) / render_size.width;
+    return std::sqrt(across * shown_size->height / render_size.height);
 }
 
 Sequence read_sequence(const std::filesystem::path& path, Layout layout, double nss_scale) {

@@ -43,9 +43,13 @@ struct Sequence {
     DepthEncoding depth;
     DepthStorage depth_storage = DepthStorage::first_channel;
     MotionConvention motion;
+    std::optional<Size> shown_size;  // of the display, where it is not render_size times scale
     std::vector<FrameFiles> frames;
 
-    Size output_size() const { return scaled(render_size, scale); }
+    /// Of the references.
+    Size output_size() const { return shown_size.value_or(scaled(render_size, scale)); }
+    /// Output pixels along a side of a render pixel; where its sides differ, the mean of both (geometric).
+    double output_scale() const;
     /// The library's form of `motion`: scale in render pixels, flags.
     MotionEncoding motion_encoding() const;
 };

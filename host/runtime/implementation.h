@@ -117,6 +117,7 @@ std::span<const Implementation> convolution_implementations();
 std::span<const Implementation> upsample_implementations();
 std::span<const Implementation> upsample_motion_implementations();
 std::span<const Implementation> resample_implementations();
+std::span<const Implementation> fit_implementations();
 std::span<const Implementation> easu_implementations();
 std::span<const Implementation> rcas_implementations();
 std::span<const Implementation> dilate_implementations();

@@ -63,6 +63,7 @@ typedef struct clarus_options {
     float sharpen;                  /* of the output, from 0 (off) to 1 */
     const clarus_pipeline_option* pipeline_options;
     size_t pipeline_option_count;
+    int output_width, output_height; /* 0: the render size times the model's scale; set both or neither */
 } clarus_options;
 
 typedef struct clarus_option_description {

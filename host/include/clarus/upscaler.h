@@ -61,6 +61,11 @@ struct UpscalerOptions : StreamOptions {
     /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: 32, where
     /// whole images would be large for the device.
     int band_rows = 0;
+    /// Of the output, in pixels, from 1 to 2^15 a side; where not set, the render size times the model's scale. Where
+    /// it is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a bicubic filter
+    /// without overshoot, at most four times, or reduced to the mean of what each pixel covers, at most to a quarter.
+    /// What the model keeps for later frames stays as it is.
+    std::optional<Size> output_size;
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
     /// Of the output, last: β of MNSS's step 6, from 0 (off) to 1. What the model keeps stays as it is.
@@ -155,7 +160,7 @@ class Upscaler {
     Upscaler& operator=(Upscaler&&) noexcept;
 
     Size render_size() const;
-    /// The render size times the model's scale, sides rounded to the nearest.
+    /// UpscalerOptions::output_size, or else the render size times the model's scale, sides rounded to the nearest.
     Size output_size() const;
 
     /// Whether frames must bring depth or motion: false for what looks at one frame's colour alone.

@@ -12,6 +12,7 @@ struct ByOperator {
         return upsample_motion_implementations();
     }
     std::span<const Implementation> operator()(const graph::Resample&) const { return resample_implementations(); }
+    std::span<const Implementation> operator()(const graph::Fit&) const { return fit_implementations(); }
     std::span<const Implementation> operator()(const graph::Easu&) const { return easu_implementations(); }
     std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
