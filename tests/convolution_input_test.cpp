@@ -141,9 +141,13 @@ void check_input(const Case& test, bool all_choices = false) {
     frame.sample_x = test.sample.x;
     frame.sample_y = test.sample.y;
     const Planes expected = expected_convolution(input, parameters, 0, convolution.activation, test.input);
-    visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
-        check_close(run_operator(problem, implementation, choices, images, frame), expected,
-                    std::max(convolution_tolerance(implementation, choices), storage_tolerance(test.storage)));
+    check_together([&] {
+        visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
+            const float tolerance =
+                std::max(convolution_tolerance(implementation, choices), storage_tolerance(test.storage));
+            check_result(problem, implementation, choices, images, frame, 0,
+                         [=](const Planes& result) { check_close(result, expected, tolerance); });
+        });
     });
 }
 

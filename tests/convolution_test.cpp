@@ -52,14 +52,17 @@ void check_convolution(const Case& test, bool all_choices = false) {
         random_planes({test.in_channels, test.size.height + test.beyond.height, test.size.width + test.beyond.width},
                       random, -1, 1),
         test.storage);
-    for (const int set : {0, 1}) {
-        const Planes expected = expected_convolution(image, parameters, set, test.activation, test.size);
-        visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
-            const float tolerance = convolution_tolerance(implementation, choices);
-            check_close(run_operator(problem, implementation, choices, {image}, {}, set), expected,
-                        std::max(tolerance, storage_tolerance(test.storage)));
-        });
-    }
+    check_together([&] {
+        for (const int set : {0, 1}) {
+            const Planes expected = expected_convolution(image, parameters, set, test.activation, test.size);
+            visit_implementations(problem, all_choices, [&](const auto& implementation, const auto& choices) {
+                const float tolerance =
+                    std::max(convolution_tolerance(implementation, choices), storage_tolerance(test.storage));
+                check_result(problem, implementation, choices, {image}, {}, set,
+                             [=](const Planes& result) { check_close(result, expected, tolerance); });
+            });
+        }
+    });
 }
 
 }  // namespace

@@ -283,42 +283,54 @@ TEST_CASE("a bar that stands still before a wall hides nothing of it") {
 }
 
 TEST_CASE("validity tells valid vectors from others") {
-    for (const Storage storage : {Storage::f32, Storage::f16})
-        for (const bool reset : {false, true}) check_validity({1, 19, 83}, storage, reset);
+    check_together([&] {
+        for (const Storage storage : {Storage::f32, Storage::f16})
+            for (const bool reset : {false, true}) check_validity({1, 19, 83}, storage, reset);
+    });
 }
 
 TEST_CASE("reproject takes no vector across a silhouette") {
-    for (const double scale : {1.0, 1.5, 2.0, 3.0}) check_reprojection({{1, 37, 53}, {0, 0}, 24, 3}, scale);
-    for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 4.0, 6.0})
-        check_reprojection({{1, 21, 75}, {0.3125f, -0.4375f}}, scale);
-    check_reprojection({{1, 11, 13}, {-0.75f, 1.375f}}, 2.0, 2);
+    check_together([&] {
+        for (const double scale : {1.0, 1.5, 2.0, 3.0}) check_reprojection({{1, 37, 53}, {0, 0}, 24, 3}, scale);
+        for (const double scale : {1.0, 1.5, 1.7, 2.0, 3.0, 4.0, 6.0})
+            check_reprojection({{1, 21, 75}, {0.3125f, -0.4375f}}, scale);
+        check_reprojection({{1, 11, 13}, {-0.75f, 1.375f}}, 2.0, 2);
+    });
 }
 
 TEST_CASE("a range is that of the pixels around, and history outside of it is not believed") {
-    for (const Storage storage : {Storage::f32, Storage::f16}) {
-        for (const int scale : {1, 2, 3, 4}) check_range({47, 23}, scale, storage, 4, 0);
-        check_range({70, 9}, 2, storage, 27, 5, 2);
-    }
+    check_together([&] {
+        for (const Storage storage : {Storage::f32, Storage::f16}) {
+            for (const int scale : {1, 2, 3, 4}) check_range({47, 23}, scale, storage, 4, 0);
+            check_range({70, 9}, 2, storage, 27, 5, 2);
+        }
+    });
 }
 
 TEST_SUITE("small") {
     TEST_CASE("history of small images") {
-        check_history({{1, 1, 1}, {0, 0}});
-        check_history({{1, 1, 9}, {0.25f, -0.5f}});
-        check_history({{1, 7, 5}, {-0.375f, 0.125f}, 1, 0});
-        check_validity({1, 3, 5}, Storage::f32, false);
-        check_validity({1, 1, 1}, Storage::f32, true);
+        check_together([&] {
+            check_history({{1, 1, 1}, {0, 0}});
+            check_history({{1, 1, 9}, {0.25f, -0.5f}});
+            check_history({{1, 7, 5}, {-0.375f, 0.125f}, 1, 0});
+            check_validity({1, 3, 5}, Storage::f32, false);
+            check_validity({1, 1, 1}, Storage::f32, true);
+        });
     }
 
     TEST_CASE("reproject of small images") {
-        for (const double scale : {1.0, 1.5, 3.0}) {
-            check_reprojection({{1, 1, 1}, {0.375f, 0}}, scale);
-            check_reprojection({{1, 5, 7}, {0.25f, -0.3125f}}, scale);
-        }
-        check_reprojection({{1, 1, 6}, {0, 0}}, 2);
+        check_together([&] {
+            for (const double scale : {1.0, 1.5, 3.0}) {
+                check_reprojection({{1, 1, 1}, {0.375f, 0}}, scale);
+                check_reprojection({{1, 5, 7}, {0.25f, -0.3125f}}, scale);
+            }
+            check_reprojection({{1, 1, 6}, {0, 0}}, 2);
+        });
     }
 
     TEST_CASE("ranges of small images") {
-        for (const Size size : {Size{1, 1}, Size{7, 1}, Size{5, 8}}) check_range(size, 2, Storage::f32, 4, 0);
+        check_together([&] {
+            for (const Size size : {Size{1, 1}, Size{7, 1}, Size{5, 8}}) check_range(size, 2, Storage::f32, 4, 0);
+        });
     }
 }

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <memory>
+#include <sstream>
 
 #include "runtime/launch.h"
 #include "test_device.h"
@@ -75,6 +78,62 @@ cl::Buffer device_copy(ocl::Context& context, const void* data, size_t bytes) {
     return buffer;
 }
 
+/// The programs of this process, by what a call's kernel is compiled from. They stay: at the process's exit the driver
+/// may be gone before them.
+std::map<std::string, std::shared_ptr<const runtime::Kernels>>& programs() {
+    static auto& instance = *new std::map<std::string, std::shared_ptr<const runtime::Kernels>>;
+    return instance;
+}
+
+std::string key_of(const runtime::KernelCall& call) {
+    return fmt::format("{} {}\n{}", call.file, runtime::program_options(call), call.source);
+}
+
+/// Compiles what is not compiled yet of the calls, as one program.
+void compile(std::vector<const runtime::KernelCall*> calls) {
+    std::erase_if(calls, [](const runtime::KernelCall* call) { return programs().contains(key_of(*call)); });
+    if (calls.empty()) return;
+    const auto kernels = std::make_shared<const runtime::Kernels>(test_device().context(), calls);
+    for (const runtime::KernelCall* call : calls) programs()[key_of(*call)] = kernels;
+}
+
+const runtime::Kernels& kernels_of(const runtime::KernelCall& call) {
+    compile({&call});
+    return *programs().at(key_of(call));
+}
+
+/// A check whose kernels may be compiled together with others'.
+struct Check {
+    runtime::KernelCall call;
+    std::function<void()> make;
+    std::string context;  // what CAPTURE said when it was asked for
+};
+std::vector<Check>* collected = nullptr;  // by the check_together() that runs
+
+std::string captured() {
+    std::ostringstream text;
+    const auto* contexts = doctest::IReporter::get_active_contexts();
+    for (int i = 0; i < doctest::IReporter::get_num_active_contexts(); ++i) {
+        if (i > 0) text << ", ";
+        contexts[i]->stringify(&text);
+    }
+    return text.str();
+}
+
+/// A problem that needs nothing of those who posed it.
+struct OwnProblem {
+    explicit OwnProblem(const runtime::Problem& posed) : problem(posed) {
+        if (!posed.parameters) return;
+        parameters = *posed.parameters;
+        problem.parameters = &parameters;
+    }
+    OwnProblem(const OwnProblem&) = delete;
+    OwnProblem& operator=(const OwnProblem&) = delete;
+
+    runtime::Problem problem;
+    graph::Parameters parameters;
+};
+
 /// Packs one set of a convolution's parameters as its kernel wants them.
 cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered, const graph::Parameters& parameters,
                           int set) {
@@ -84,7 +143,7 @@ cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered
     const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
     const runtime::PackLaunch::Source source{weights, set * parameters.weights_per_set(), biases,
                                              static_cast<size_t>(set) * parameters.out_channels};
-    runtime::PackLaunch(runtime::Kernels(context, {&lowered.packing->call}), *lowered.packing)
+    runtime::PackLaunch(kernels_of(lowered.packing->call), *lowered.packing)
         .enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;
@@ -116,37 +175,46 @@ Planes top_rows(const Planes& image, int end) {
                   [&](int c, int x, int y) { return image.at(c, x, y); });
 }
 
-Planes run_in_bands(runtime::Problem problem, const runtime::Implementation& implementation,
-                    const runtime::Choices& choices, const std::vector<Planes>& inputs,
-                    const runtime::FrameConstants& frame, const RowsRead& read) {
-    constexpr int kRows = 8;
-    const int height = problem.output.height;
-    const auto for_each_band = [&](auto&& visit) {
-        for (int first = 0; first < height; first += kRows) visit(first, std::min(first + kRows, height));
-    };
-    problem.output.ring = kRows;
+/// Calls visit(first, end) for the bands of rows that run_in_bands() makes.
+constexpr int kBandRows = 8;
+template <typename Visit>
+void for_each_band(int height, Visit&& visit) {
+    for (int first = 0; first < height; first += kBandRows) visit(first, std::min(first + kBandRows, height));
+}
+
+/// The problem with rings that hold no more than one band reads and makes.
+runtime::Problem in_rings(runtime::Problem problem, const RowsRead& read) {
+    problem.output.ring = kBandRows;
     problem.output.in_ring = true;
-    for_each_band([&](int first, int end) {
-        for (size_t i = 0; i < inputs.size(); ++i) {
+    for_each_band(problem.output.height, [&](int first, int end) {
+        for (size_t i = 0; i < problem.inputs.size(); ++i) {
             const Rows rows = read(static_cast<int>(i), first, end);
             problem.inputs[i].in_ring = true;
             problem.inputs[i].ring = std::max(problem.inputs[i].ring, rows.end - rows.first);
         }
     });
+    return problem;
+}
 
+/// How many rows of each input there must be for each band.
+using RowsMade = std::vector<std::vector<int>>;
+
+/// The result of a problem in_rings(), band by band.
+Planes run_in_bands(const runtime::Problem& problem, const runtime::Lowered& lowered, const std::vector<Planes>& inputs,
+                    const runtime::FrameConstants& frame, const RowsMade& rows_made) {
+    const int height = problem.output.height;
     const Device device = test_device();
     ocl::Context& context = device.context();
-    const runtime::Lowered lowered = implementation.lower(problem, choices);
-    runtime::Launch launch(runtime::Kernels(context, {&lowered.call}), lowered.call);
+    runtime::Launch launch(kernels_of(lowered.call), lowered.call);
     runtime::Bindings bindings;
     bindings.inputs.resize(inputs.size());
     bindings.frame = frame;
     if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, 0);
     Planes result{{problem.output.channels, height, problem.output.width}, {}};
     result.values.resize(result.shape.elements());
-    for_each_band([&](int first, int end) {
+    for_each_band(height, [&](int first, int end) {
         for (size_t i = 0; i < inputs.size(); ++i) {
-            const int made = read(static_cast<int>(i), first, end).end;
+            const int made = rows_made[first / kBandRows][i];
             const Planes rows = top_rows(inputs[i], made);
             bindings.inputs[i] =
                 upload(context, made_until(problem.inputs[i], made * problem.inputs[i].samples), &rows);
@@ -221,12 +289,12 @@ Planes download(ocl::Context& context, const TensorLayout& layout, const cl::Buf
     return image;
 }
 
-Planes run_operator(const runtime::Problem& problem, const runtime::Implementation& implementation,
-                    const runtime::Choices& choices, const std::vector<Planes>& inputs,
-                    const runtime::FrameConstants& frame, int parameter_set) {
+namespace {
+
+Planes run(const runtime::Problem& problem, const runtime::Lowered& lowered, const std::vector<Planes>& inputs,
+           const runtime::FrameConstants& frame, int parameter_set) {
     const Device device = test_device();
     ocl::Context& context = device.context();
-    const runtime::Lowered lowered = implementation.lower(problem, choices);
     runtime::Bindings bindings;
     for (size_t i = 0; i < inputs.size(); ++i)
         bindings.inputs.push_back(upload(context, problem.inputs[i], &inputs[i]));
@@ -236,10 +304,50 @@ Planes run_operator(const runtime::Problem& problem, const runtime::Implementati
     bindings.frame = frame;
     if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, parameter_set);
 
-    runtime::Launch launch(runtime::Kernels(context, {&lowered.call}), lowered.call);
+    runtime::Launch launch(kernels_of(lowered.call), lowered.call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
     return download(context, problem.output, bindings.output);
+}
+
+}  // namespace
+
+Planes run_operator(const runtime::Problem& problem, const runtime::Implementation& implementation,
+                    const runtime::Choices& choices, const std::vector<Planes>& inputs,
+                    const runtime::FrameConstants& frame, int parameter_set) {
+    return run(problem, implementation.lower(problem, choices), inputs, frame, parameter_set);
+}
+
+void check_together(const std::function<void()>& body) {
+    if (collected) return body();
+    std::vector<Check> checks;
+    collected = &checks;
+    try {
+        body();
+    } catch (...) {
+        collected = nullptr;
+        throw;
+    }
+    collected = nullptr;
+    std::vector<const runtime::KernelCall*> calls;
+    for (const Check& check : checks) calls.push_back(&check.call);
+    compile(std::move(calls));
+    for (const Check& check : checks) {
+        INFO(check.context);
+        check.make();
+    }
+}
+
+void check_result(const runtime::Problem& problem, const runtime::Implementation& implementation,
+                  const runtime::Choices& choices, const std::vector<Planes>& inputs,
+                  const runtime::FrameConstants& frame, int parameter_set,
+                  const std::function<void(const Planes& result)>& check) {
+    const auto own = std::make_shared<const OwnProblem>(problem);
+    const runtime::Lowered lowered = implementation.lower(own->problem, choices);
+    check_together([&] {
+        const auto make = [=] { check(run(own->problem, lowered, inputs, frame, parameter_set)); };
+        collected->push_back({lowered.call, make, captured()});
+    });
 }
 
 void check_close(const Planes& result, const Planes& expected, float tolerance) {
@@ -262,8 +370,12 @@ void check_close(const Planes& result, const Planes& expected, float tolerance) 
 
 void check_operator(const runtime::Problem& problem, const std::vector<Planes>& inputs,
                     const runtime::FrameConstants& frame, const Planes& expected, float tolerance, int parameter_set) {
-    for_each_candidate(problem, [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
-        check_close(run_operator(problem, implementation, choices, inputs, frame, parameter_set), expected, tolerance);
+    check_together([&] {
+        for_each_candidate(problem,
+                           [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
+                               check_result(problem, implementation, choices, inputs, frame, parameter_set,
+                                            [=](const Planes& result) { check_close(result, expected, tolerance); });
+                           });
     });
 }
 
@@ -271,9 +383,24 @@ void check_bands(const runtime::Problem& problem, const std::vector<Planes>& inp
                  const runtime::FrameConstants& frame, const RowsRead& read, float tolerance) {
     const DeviceProfile profile = test_device().profile();
     const runtime::Implementation& obvious = runtime::implementations(problem.node).back();
-    const Planes expected = run_operator(problem, obvious, obvious.choices(problem, profile).front(), inputs, frame);
-    for_each_candidate(problem, [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
-        check_close(run_in_bands(problem, implementation, choices, inputs, frame, read), expected, tolerance);
+    const auto own = std::make_shared<const OwnProblem>(in_rings(problem, read));
+    RowsMade rows_made;
+    for_each_band(problem.output.height, [&](int first, int end) {
+        std::vector<int>& made = rows_made.emplace_back();
+        for (size_t i = 0; i < inputs.size(); ++i) made.push_back(read(static_cast<int>(i), first, end).end);
+    });
+    check_together([&] {
+        const auto expected = std::make_shared<Planes>();
+        check_result(problem, obvious, obvious.choices(problem, profile).front(), inputs, frame, 0,
+                     [=](const Planes& result) { *expected = result; });
+        for_each_candidate(
+            problem, [&](const runtime::Implementation& implementation, const runtime::Choices& choices) {
+                const runtime::Lowered lowered = implementation.lower(own->problem, choices);
+                const auto make = [=] {
+                    check_close(run_in_bands(own->problem, lowered, inputs, frame, rows_made), *expected, tolerance);
+                };
+                collected->push_back({lowered.call, make, captured()});
+            });
     });
 }
 

@@ -45,6 +45,16 @@ Planes run_operator(const runtime::Problem& problem, const runtime::Implementati
                     const runtime::Choices& choices, const std::vector<Planes>& inputs,
                     const runtime::FrameConstants& frame, int parameter_set = 0);
 
+/// Makes the checks that `body` asks for once it has returned, with their kernels compiled as one program: to begin
+/// a program takes a compiler longer than most kernels. What a check refers to must outlive the outermost call.
+void check_together(const std::function<void()>& body);
+
+/// Passes the result of run_operator() to `check`; within check_together(), later.
+void check_result(const runtime::Problem& problem, const runtime::Implementation& implementation,
+                  const runtime::Choices& choices, const std::vector<Planes>& inputs,
+                  const runtime::FrameConstants& frame, int parameter_set,
+                  const std::function<void(const Planes& result)>& check);
+
 /// Checks every element against `expected`, to within tolerance · max(1, |expected|). NaN equals NaN only.
 void check_close(const Planes& result, const Planes& expected, float tolerance);
 

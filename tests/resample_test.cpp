@@ -74,27 +74,31 @@ void check_resampling(graph::Shape in, graph::Resample resample, Storage storage
 }  // namespace
 
 TEST_CASE("filters at any scale") {
-    for (const auto filter : kFilters) {
-        check_resampling({3, 14, 25}, {filter, 2}, Storage::f32, 2);
-        check_resampling({3, 14, 91}, {filter, 2}, Storage::f32);
-        check_resampling({3, 13, 170}, {filter, 1.5}, Storage::f16);
-        check_resampling({1, 2, 3500}, {filter, 1.7}, Storage::f32);  // far from the origin as accurate as near it
-        check_resampling({3, 2, 3500}, {filter, 1.7}, Storage::f32);
-        check_resampling({3, 11, 90}, {filter, 1}, Storage::f32);
-        check_resampling({3, 7, 40}, {filter, 10.0 / 3}, Storage::f32);
-        check_resampling({3, 9, 40}, {filter, 6}, Storage::f32);
-        check_resampling({3, 3, 11}, {filter, 23.7}, Storage::f32);
-        check_resampling({5, 6, 7}, {filter, 3, graph::Shift::none}, Storage::f32);
-        check_resampling({3, 19, 37}, {filter, 2, graph::Shift::none}, Storage::f16);
-        check_resampling({3, 19, 37}, {filter, 3, graph::Shift::motion_jitter}, Storage::f32);
-    }
+    check_together([&] {
+        for (const auto filter : kFilters) {
+            check_resampling({3, 14, 25}, {filter, 2}, Storage::f32, 2);
+            check_resampling({3, 14, 91}, {filter, 2}, Storage::f32);
+            check_resampling({3, 13, 170}, {filter, 1.5}, Storage::f16);
+            check_resampling({1, 2, 3500}, {filter, 1.7}, Storage::f32);  // far from the origin as accurate as near it
+            check_resampling({3, 2, 3500}, {filter, 1.7}, Storage::f32);
+            check_resampling({3, 11, 90}, {filter, 1}, Storage::f32);
+            check_resampling({3, 7, 40}, {filter, 10.0 / 3}, Storage::f32);
+            check_resampling({3, 9, 40}, {filter, 6}, Storage::f32);
+            check_resampling({3, 3, 11}, {filter, 23.7}, Storage::f32);
+            check_resampling({5, 6, 7}, {filter, 3, graph::Shift::none}, Storage::f32);
+            check_resampling({3, 19, 37}, {filter, 2, graph::Shift::none}, Storage::f16);
+            check_resampling({3, 19, 37}, {filter, 3, graph::Shift::motion_jitter}, Storage::f32);
+        }
+    });
 }
 
 TEST_SUITE("small") {
     TEST_CASE("filters of small images") {
-        for (const auto filter : kFilters) {
-            check_resampling({3, 1, 1}, {filter, 2}, Storage::f32);
-            check_resampling({3, 3, 4}, {filter, 1.3}, Storage::f32);
-        }
+        check_together([&] {
+            for (const auto filter : kFilters) {
+                check_resampling({3, 1, 1}, {filter, 2}, Storage::f32);
+                check_resampling({3, 3, 4}, {filter, 1.3}, Storage::f32);
+            }
+        });
     }
 }

@@ -94,10 +94,12 @@ void check_motion_upsampling(Size size, int scale, Vec2 jitter) {
 }  // namespace
 
 TEST_CASE("upsampled motion is in HR pixels, and invalid where a tap of it is") {
-    check_motion_upsampling({19, 13}, 4, {0, 0});
-    check_motion_upsampling({19, 13}, 3, {0, 0});  // the middle pixel of three has one tap
-    check_motion_upsampling({9, 31}, 2, {0.21875f, -1.0f});
-    check_motion_upsampling({9, 31}, 6, {-0.46875f, 0.40625f});
+    check_together([&] {
+        check_motion_upsampling({19, 13}, 4, {0, 0});
+        check_motion_upsampling({19, 13}, 3, {0, 0});  // the middle pixel of three has one tap
+        check_motion_upsampling({9, 31}, 2, {0.21875f, -1.0f});
+        check_motion_upsampling({9, 31}, 6, {-0.46875f, 0.40625f});
+    });
 }
 
 TEST_CASE("a tap of hardly any weight does not make motion invalid") {
@@ -121,25 +123,29 @@ TEST_CASE("a tap of hardly any weight does not make motion invalid") {
 }
 
 TEST_CASE("upsample is bilinear around the jittered samples") {
-    for (const auto shift : {graph::Shift::none, graph::Shift::jitter, graph::Shift::motion_jitter})
-        check_upsampling({3, 15, 23}, 2, shift, Storage::f32);
-    check_upsampling({3, 17, 31}, 3, graph::Shift::jitter, Storage::f32, {1, 24, 0}, {3, 44, 6});
-    check_upsampling({4, 16, 20}, 4, graph::Shift::jitter, Storage::f16, {2, 20, 3}, {});
-    check_upsampling({1, 6, 3000}, 3, graph::Shift::jitter, Storage::f32);
-    check_upsampling({2, 9, 9}, 1, graph::Shift::none, Storage::f16);
-    // Pixels four elements apart, and parts of such.
-    for (const int width : {1, 3, 4, 66, 131}) {
-        for (const int channels : {1, 2, 3, 4})
-            check_upsampling({channels, 5, width}, 2, graph::Shift::jitter, Storage::f32, {1, 4, 0}, {1, 5, 1});
-        check_upsampling({1, 4, width}, 3, graph::Shift::motion_jitter, Storage::f16, {1, 4, 3}, {1, 4, 3});
-    }
+    check_together([&] {
+        for (const auto shift : {graph::Shift::none, graph::Shift::jitter, graph::Shift::motion_jitter})
+            check_upsampling({3, 15, 23}, 2, shift, Storage::f32);
+        check_upsampling({3, 17, 31}, 3, graph::Shift::jitter, Storage::f32, {1, 24, 0}, {3, 44, 6});
+        check_upsampling({4, 16, 20}, 4, graph::Shift::jitter, Storage::f16, {2, 20, 3}, {});
+        check_upsampling({1, 6, 3000}, 3, graph::Shift::jitter, Storage::f32);
+        check_upsampling({2, 9, 9}, 1, graph::Shift::none, Storage::f16);
+        // Pixels four elements apart, and parts of such.
+        for (const int width : {1, 3, 4, 66, 131}) {
+            for (const int channels : {1, 2, 3, 4})
+                check_upsampling({channels, 5, width}, 2, graph::Shift::jitter, Storage::f32, {1, 4, 0}, {1, 5, 1});
+            check_upsampling({1, 4, width}, 3, graph::Shift::motion_jitter, Storage::f16, {1, 4, 3}, {1, 4, 3});
+        }
+    });
 }
 
 TEST_SUITE("small") {
     TEST_CASE("upsample of small images") {
-        check_upsampling({3, 1, 1}, 2, graph::Shift::jitter, Storage::f32, {}, {2, 24, 6});
-        check_upsampling({1, 5, 3}, 6, graph::Shift::motion_jitter, Storage::f16);
-        check_motion_upsampling({1, 1}, 2, {0, 0});
-        check_motion_upsampling({3, 2}, 5, {0.25f, -0.125f});
+        check_together([&] {
+            check_upsampling({3, 1, 1}, 2, graph::Shift::jitter, Storage::f32, {}, {2, 24, 6});
+            check_upsampling({1, 5, 3}, 6, graph::Shift::motion_jitter, Storage::f16);
+            check_motion_upsampling({1, 1}, 2, {0, 0});
+            check_motion_upsampling({3, 2}, 5, {0.25f, -0.125f});
+        });
     }
 }

@@ -131,38 +131,46 @@ void check_warp(const Case& test) {
 }  // namespace
 
 TEST_CASE("warp writes every pixel's history or its fallback") {
-    for (const Storage storage : {Storage::f32, Storage::f16}) {
-        check_warp({{graph::Border::clamp, 8, 2}, {3, 26, 37}, 4, 2, storage});
-        check_warp({{graph::Border::clamp, 8, 3}, {3, 15, 17}, 4, 3, storage});
-        check_warp({{graph::Border::clamp, 8, 4}, {3, 11, 13}, 4, 4, storage});
-        check_warp({{graph::Border::zero, 8, 1}, {4, 33, 50}, 4, 1, storage});
-        check_warp({{graph::Border::zero, 1, 3}, {12, 7, 9}, 12, 1, storage});
-        check_warp({{graph::Border::clamp, 1, 2}, {1, 9, 7}, 3, 2, storage});
-        check_warp({{graph::Border::clamp, 1, 2}, {4, 21, 40}, 4, 1, storage});
-    }
+    check_together([&] {
+        for (const Storage storage : {Storage::f32, Storage::f16}) {
+            check_warp({{graph::Border::clamp, 8, 2}, {3, 26, 37}, 4, 2, storage});
+            check_warp({{graph::Border::clamp, 8, 3}, {3, 15, 17}, 4, 3, storage});
+            check_warp({{graph::Border::clamp, 8, 4}, {3, 11, 13}, 4, 4, storage});
+            check_warp({{graph::Border::zero, 8, 1}, {4, 33, 50}, 4, 1, storage});
+            check_warp({{graph::Border::zero, 1, 3}, {12, 7, 9}, 12, 1, storage});
+            check_warp({{graph::Border::clamp, 1, 2}, {1, 9, 7}, 3, 2, storage});
+            check_warp({{graph::Border::clamp, 1, 2}, {4, 21, 40}, 4, 1, storage});
+        }
+    });
 }
 
 TEST_CASE("warp without a fallback, of zero-upsampled images too") {
-    for (const Storage storage : {Storage::f32, Storage::f16}) {
-        check_warp({{graph::Border::zero, 1, 1}, {12, 33, 50}, 12, 1, storage, false, true});
-        check_warp({{graph::Border::zero, 1, 1}, {8, 17, 31}, 8, 1, storage, true, true});
-        check_warp({{graph::Border::zero, 1, 1}, {12, 28, 36}, 12, 1, storage, false, true, 4});
-        check_warp({{graph::Border::zero, 1, 1}, {5, 22, 34}, 5, 1, storage, false, true, 2});
-        check_warp({{graph::Border::zero, 1, 1}, {12, 15, 21}, 12, 1, storage, true, true, 3});
-    }
+    check_together([&] {
+        for (const Storage storage : {Storage::f32, Storage::f16}) {
+            check_warp({{graph::Border::zero, 1, 1}, {12, 33, 50}, 12, 1, storage, false, true});
+            check_warp({{graph::Border::zero, 1, 1}, {8, 17, 31}, 8, 1, storage, true, true});
+            check_warp({{graph::Border::zero, 1, 1}, {12, 28, 36}, 12, 1, storage, false, true, 4});
+            check_warp({{graph::Border::zero, 1, 1}, {5, 22, 34}, 5, 1, storage, false, true, 2});
+            check_warp({{graph::Border::zero, 1, 1}, {12, 15, 21}, 12, 1, storage, true, true, 3});
+        }
+    });
 }
 
 TEST_CASE("warp of a reset frame is all fallback") {
-    check_warp({{graph::Border::clamp, 8, 2}, {3, 12, 16}, 4, 2, Storage::f32, true});
-    check_warp({{graph::Border::clamp, 8, 1}, {3, 9, 8}, 3, 1, Storage::f32, true});
+    check_together([&] {
+        check_warp({{graph::Border::clamp, 8, 2}, {3, 12, 16}, 4, 2, Storage::f32, true});
+        check_warp({{graph::Border::clamp, 8, 1}, {3, 9, 8}, 3, 1, Storage::f32, true});
+    });
 }
 
 TEST_SUITE("small") {
     TEST_CASE("warp of small images") {
-        check_warp({{graph::Border::clamp, 8, 2}, {3, 1, 1}, 4, 2});
-        check_warp({{graph::Border::clamp, 8, 2}, {3, 9, 10}, 4, 2});
-        check_warp({{graph::Border::zero, 8, 1}, {3, 1, 19}, 3, 1});
-        check_warp({{graph::Border::zero, 1, 1}, {12, 5, 5}, 12, 1, Storage::f32, false, true, 5});
-        check_warp({{graph::Border::zero, 1, 1}, {12, 6, 7}, 12, 1, Storage::f32, false, true});
+        check_together([&] {
+            check_warp({{graph::Border::clamp, 8, 2}, {3, 1, 1}, 4, 2});
+            check_warp({{graph::Border::clamp, 8, 2}, {3, 9, 10}, 4, 2});
+            check_warp({{graph::Border::zero, 8, 1}, {3, 1, 19}, 3, 1});
+            check_warp({{graph::Border::zero, 1, 1}, {12, 5, 5}, 12, 1, Storage::f32, false, true, 5});
+            check_warp({{graph::Border::zero, 1, 1}, {12, 6, 7}, 12, 1, Storage::f32, false, true});
+        });
     }
 }

@@ -1,0 +1,86 @@
+#include "runtime/profiler.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "cl/context.h"
+#include "test_device.h"
+
+using namespace clarus;
+using namespace clarus::runtime;
+
+namespace {
+
+/// Commands whose events a stage is given.
+class Commands {
+  public:
+    void run(Profiler& profiler, int stage) {
+        context_.queue().enqueueFillBuffer(buffer_, cl_uint(1), 0, kBytes, nullptr, profiler.event(stage));
+    }
+
+  private:
+    static constexpr size_t kBytes = 1 << 16;
+    ocl::Context& context_ = test_device().context();
+    cl::Buffer buffer_{context_.context(), CL_MEM_READ_WRITE, kBytes};
+};
+
+double length(const StageProfile::Span& span) { return span.end - span.start; }
+
+}  // namespace
+
+TEST_SUITE("small") {
+    TEST_CASE("a profiler that is off asks for no events") {
+        Profiler profiler(false);
+        const int stage = profiler.add_stage("a", "kernel", 1, 2);
+        profiler.begin_frame();
+        CHECK(profiler.event(stage) == nullptr);
+        CHECK(profiler.take().empty());
+    }
+
+    TEST_CASE("a stage's time is the median over frames of the sum of its launches") {
+        Commands commands;
+        Profiler profiler(true);
+        const int once = profiler.add_stage("once", "kernel A", 12, 34), twice = profiler.add_stage("twice", "B", 0, 0);
+        profiler.add_stage("never", "C", 0, 0);
+        constexpr int kFrames = 3;
+        for (int frame = 0; frame < kFrames; ++frame) {
+            profiler.begin_frame();
+            for (const int stage : {twice, once, twice}) commands.run(profiler, stage);
+        }
+        const std::vector<StageProfile> profiles = profiler.take();
+        REQUIRE(profiles.size() == 2);  // nothing is said of what was not launched
+        CHECK(profiles[0].name == "once");
+        CHECK(profiles[0].kernel == "kernel A");
+        CHECK(profiles[0].operations == 12);
+        CHECK(profiles[0].bytes == 34);
+        for (size_t i = 0; i < profiles.size(); ++i) {
+            const size_t launches = i + 1;
+            const auto& spans = profiles[i].spans;
+            REQUIRE(spans.size() == kFrames * launches);
+            std::vector<double> sums(kFrames, 0);
+            for (size_t span = 0; span < spans.size(); ++span) {
+                CHECK(spans[span].frame == static_cast<int>(span / launches));
+                CHECK(length(spans[span]) >= 0);
+                if (span > 0) CHECK(spans[span].start >= spans[span - 1].end);
+                sums[spans[span].frame] += length(spans[span]);
+            }
+            std::sort(sums.begin(), sums.end());
+            CHECK(profiles[i].seconds == sums[kFrames / 2]);
+        }
+    }
+
+    TEST_CASE("what was taken is not told again, and frames are counted anew") {
+        Commands commands;
+        Profiler profiler(true);
+        const int stage = profiler.add_stage("a", "kernel", 0, 0);
+        profiler.begin_frame();
+        profiler.begin_frame();
+        commands.run(profiler, stage);
+        CHECK(profiler.take().at(0).spans.at(0).frame == 1);
+        CHECK(profiler.take().empty());
+        profiler.begin_frame();
+        commands.run(profiler, stage);
+        CHECK(profiler.take().at(0).spans.at(0).frame == 0);
+    }
+}
