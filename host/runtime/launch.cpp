@@ -55,14 +55,20 @@ Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& ca
         const std::string& source = different[i]->source;
         units.push_back({files[i], source.empty() ? ocl::kernel_file(files[i]) : source, options[i]});
     }
-    if (units.empty()) return;
+    const auto compile_each = [&] {
+        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {context.program({&units[i], 1}), 0};
+    };
+    // Oclgrind takes the local memory of all kernels of a program to be each one's.
+    if (units.size() <= 1 || context.profile().simulator) {
+        compile_each();
+        return;
+    }
     try {
         const cl::Program program = context.program(units);
         for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {program, i};
     } catch (const Error& error) {
-        if (error.kind() != ErrorKind::build || units.size() == 1) throw;
-        // Which one it is; or, where a compiler takes each but not all at once, that will do.
-        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {context.program({&units[i], 1}), 0};
+        if (error.kind() != ErrorKind::build) throw;
+        compile_each();  // says which one it is; or, where a compiler takes each but not all at once, that will do
     }
 }
 
