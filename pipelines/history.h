@@ -21,7 +21,6 @@ struct CheckedHistory {
 };
 
 /// By `reproject`, to an output `scale` times as large, of what `checked_motion` leaves of motion.
-CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale,
-                               Size output);
+CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale, Size output);
 
 }  // namespace clarus::pipelines

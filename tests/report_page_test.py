@@ -62,6 +62,7 @@ UNREAD = (
     *("top.seconds", "host.memory", "suite.tuning", "suite.confidence", "suite.steady_within"),
     *("profile.vendor", "profile.platform", "model.pipeline", "model.scale", "model.checksum", "model.parameters"),
     *("memory.arena", "memory.weights", "check.largest_difference", "check.tolerance", "start.programs"),
+    "start.other_size_programs",
     *("latency.frames", "score.turns", ".relative_interval"),
 )
 

@@ -51,7 +51,8 @@ void check_item(const JsonNode& item, const std::set<std::string>& devices) {
     check_text_or_null(item["check"]["reason"]);
     if (!item["memory"].is_null()) item["memory"]["total"].integer(0, kMostWhole);
     if (!item["start"].is_null())
-        for (const char* key : {"cold_seconds", "warm_seconds"}) item["start"][key].number(kLeast, kMost);
+        for (const char* key : {"cold_seconds", "warm_seconds", "other_size_seconds"})
+            item["start"][key].number(kLeast, kMost);
     check_text_or_null(item["no_score"]);
     if (item["score"].is_null())
         item["no_score"].text();
