@@ -263,10 +263,12 @@ void Executor::run_stages(const FrameConstants& constants, const std::function<v
     launch(stages_.front());
     for (const auto& [index, first, end] : plan_.launches) {
         Stage& stage = stages_[index + 1];
-        if (end == 0)
+        if (end == 0) {
             launch(stage);
-        else
-            stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
+            continue;
+        }
+        stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
+        if (after_each) after_each();
     }
     launch(stages_.back());
 }

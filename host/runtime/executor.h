@@ -70,7 +70,7 @@ class Executor {
     const cl::Buffer& memory(int index) const;
     void bind_input(graph::Resource resource, const Image& image, const std::optional<TensorLayout>& layout);
     bool bind_target(const Image& image);  // whether the output must be read back
-    /// `after_each` is called when a whole stage has been enqueued.
+    /// `after_each` is called when a stage, or a band of it, has been enqueued.
     void run_stages(const FrameConstants& constants, const std::function<void()>& after_each = {});
     void bind(Stage& stage, const FrameConstants& constants);
     void read_back(const Image& image);
