@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "graph/passes.h"
+#include "zero_parameters.h"
 
 using namespace clarus;
 using namespace clarus::graph;
@@ -20,13 +21,6 @@ int count(const Graph& graph, bool (*matches)(const Node&)) {
 bool is_pointwise(const Node& node) { return std::holds_alternative<Pointwise>(node.op); }
 bool is_concat(const Node& node) { return std::holds_alternative<Concat>(node.op); }
 
-Parameters parameters(int out, int in) {
-    Parameters result{out, in};
-    result.weights.assign(result.weights_per_set(), 0);
-    result.biases.assign(out, 0);
-    return result;
-}
-
 }  // namespace
 
 TEST_SUITE("small") {
@@ -41,8 +35,8 @@ TEST_SUITE("small") {
         const Value image = graph.previous({4, 10, 14}, "image");
         CHECK(graph.shape(graph.space_to_depth(image, 2)) == Shape{16, 5, 7});
         CHECK(graph.shape(graph.depth_to_space(graph.space_to_depth(image, 2), 2)) == Shape{4, 10, 14});
-        CHECK(graph.shape(graph.convolution(color, parameters(8, 3), Activation::relu, "c")) == Shape{8, 5, 7});
-        CHECK_THROWS_AS(graph.convolution(color, parameters(8, 4), Activation::relu, "c"), std::logic_error);
+        CHECK(graph.shape(graph.convolution(color, zero_parameters(8, 3), Activation::relu, "c")) == Shape{8, 5, 7});
+        CHECK_THROWS_AS(graph.convolution(color, zero_parameters(8, 4), Activation::relu, "c"), std::logic_error);
         CHECK_THROWS_AS(graph.space_to_depth(color, 2), std::logic_error);
         CHECK_THROWS_AS(graph.slice(color, 2, 2), std::logic_error);
     }
@@ -50,7 +44,7 @@ TEST_SUITE("small") {
     TEST_CASE("operations are those of the plain definition") {
         Graph graph;
         const Value color = graph.input(Resource::color, {7, 5});
-        const Value features = graph.convolution(color, parameters(8, 3), Activation::relu, "c");
+        const Value features = graph.convolution(color, zero_parameters(8, 3), Activation::relu, "c");
         CHECK(operations(graph, graph.nodes[features]) == 2.0 * 9 * 3 * 8 * 35);
     }
 
@@ -109,7 +103,8 @@ TEST_SUITE("small") {
         Graph graph;
         const Value color = graph.input(Resource::color, {8, 6});
         const auto layer = [&](Value image, int channels, const char* name) {
-            return graph.convolution(image, parameters(channels, graph.shape(image).channels), Activation::relu, name);
+            return graph.convolution(image, zero_parameters(channels, graph.shape(image).channels), Activation::relu,
+                                     name);
         };
         const Value features = layer(color, 4, "features");
         const Value large = layer(graph.upsample(color, 2, Shift::jitter, "large"), 4, "maps");
@@ -162,7 +157,7 @@ TEST_SUITE("small") {
             CHECK(fused.views.contains("pool"));
         }
         SUBCASE("nor where weights or storage are others") {
-            Parameters weighted = parameters(4, 4);
+            Parameters weighted = zero_parameters(4, 4);
             Value image = large;
             SUBCASE("weights of the frame's jitter") { weighted.conditioned = true; }
             SUBCASE("groups") {
@@ -176,7 +171,7 @@ TEST_SUITE("small") {
             }
             SUBCASE("depth, which is not stored as images are") {
                 image = graph.input(Resource::depth, {16, 12});
-                weighted = parameters(4, 1);
+                weighted = zero_parameters(4, 1);
             }
             SUBCASE("zeros that are not stored") { image = graph.zero_upsample(features, 2); }
             graph.output = graph.convolution(graph.max_pool(image, "pool"), weighted, Activation::relu, "layer");

@@ -85,21 +85,18 @@ std::map<std::string, std::shared_ptr<const runtime::Kernels>>& programs() {
     return instance;
 }
 
-std::string key_of(const runtime::KernelCall& call) {
-    return fmt::format("{} {}\n{}", call.file, runtime::program_options(call), call.source);
-}
-
 /// Compiles what is not compiled yet of the calls, as one program.
 void compile(std::vector<const runtime::KernelCall*> calls) {
-    std::erase_if(calls, [](const runtime::KernelCall* call) { return programs().contains(key_of(*call)); });
+    std::erase_if(calls,
+                  [](const runtime::KernelCall* call) { return programs().contains(runtime::program_key(*call)); });
     if (calls.empty()) return;
     const auto kernels = std::make_shared<const runtime::Kernels>(test_device().context(), calls);
-    for (const runtime::KernelCall* call : calls) programs()[key_of(*call)] = kernels;
+    for (const runtime::KernelCall* call : calls) programs()[runtime::program_key(*call)] = kernels;
 }
 
 const runtime::Kernels& kernels_of(const runtime::KernelCall& call) {
     compile({&call});
-    return *programs().at(key_of(call));
+    return *programs().at(runtime::program_key(call));
 }
 
 /// A check whose kernels may be compiled together with others'.

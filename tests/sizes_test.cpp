@@ -1,7 +1,6 @@
 // Sizes are arguments: what a kernel is told of its tensors, and that another size compiles nothing.
 
 #include <doctest/doctest.h>
-#include <fmt/format.h>
 
 #include <cstddef>
 #include <filesystem>
@@ -32,9 +31,7 @@ std::set<std::string> programs_of(const Model& model, Size render, const DeviceP
         build_graph(model, render, output, options), options, profile,
         [&](const runtime::Problem& problem) { return runtime::built_in_selection(problem, profile); });
     std::set<std::string> programs;
-    const auto add = [&](const runtime::KernelCall& call) {
-        programs.insert(fmt::format("{} {}\n{}", call.file, runtime::program_options(call), call.source));
-    };
+    const auto add = [&](const runtime::KernelCall& call) { programs.insert(runtime::program_key(call)); };
     for (const runtime::PlannedStage& stage : plan->stages) {
         add(stage.lowered.call);
         if (stage.lowered.packing) add(stage.lowered.packing->call);

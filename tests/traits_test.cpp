@@ -8,6 +8,7 @@
 
 #include "graph/graph.h"
 #include "runtime/implementation.h"
+#include "zero_parameters.h"
 
 using namespace clarus;
 using namespace clarus::graph;
@@ -35,13 +36,6 @@ template <typename Op>
 Node node_of(Op op) {
     if constexpr (requires { op.scale; }) op.scale = 2;
     return {op, {}, {1, 1, 1}, ""};
-}
-
-Parameters zeros(int out, int in) {
-    Parameters result{out, in};
-    result.weights.assign(result.weights_per_set(), 0);
-    result.biases.assign(out, 0);
-    return result;
 }
 
 }  // namespace
@@ -77,10 +71,10 @@ TEST_SUITE("small") {
         const auto cost = [&](Value value) { return operations(graph, graph.nodes[value]); };
         CHECK(cost(color) == 0);
 
-        Parameters grouped = zeros(8, 4);
+        Parameters grouped = zero_parameters(8, 4);
         grouped.groups = 2;
         grouped.weights.resize(grouped.weights_per_set());
-        const Value four = graph.convolution(color, zeros(4, 3), Activation::relu, "four");
+        const Value four = graph.convolution(color, zero_parameters(4, 3), Activation::relu, "four");
         CHECK(cost(four) == 2 * 9 * 3 * 4 * (16 * 8));
         CHECK(cost(graph.convolution(four, grouped, Activation::relu, "groups")) == 2 * 9 * 2 * 8 * (16 * 8));
 
@@ -111,7 +105,7 @@ TEST_SUITE("small") {
             const Rows rows = rows_read(graph, graph.nodes[value], 0, {first, end});
             return std::pair(rows.first, rows.end);
         };
-        Parameters halving = zeros(4, 3);
+        Parameters halving = zero_parameters(4, 3);
         halving.stride = 2;
         halving.kernel = 5;
         halving.weights.resize(halving.weights_per_set());

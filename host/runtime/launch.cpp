@@ -27,23 +27,24 @@ cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<siz
     return {(global[0] + local[0] - 1) / local[0] * local[0], (global[1] + local[1] - 1) / local[1] * local[1]};
 }
 
-std::string key_of(const KernelCall& call) {
-    return fmt::format("{} {}\n{}", call.file, program_options(call), call.source);
-}
-
-}  // namespace
-
+/// The options that a call's kernel is compiled with. The order of tensors is that of struct Sizes.
 std::string program_options(const KernelCall& call) {
     std::string names;
     for (const NamedTensor& tensor : call.tensors) names += (names.empty() ? " -DTENSORS=" : ",") + tensor.name;
     return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
 }
 
+}  // namespace
+
+std::string program_key(const KernelCall& call) {
+    return fmt::format("{} {}\n{}", call.file, program_options(call), call.source);
+}
+
 Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls) {
     std::vector<std::string> keys, files, options;
     std::vector<const KernelCall*> different;
     for (const KernelCall* call : calls) {
-        std::string key = key_of(*call);
+        std::string key = program_key(*call);
         if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
         keys.push_back(std::move(key));
         files.push_back(call->source.empty() ? call->file + ".cl" : call->file);
@@ -73,7 +74,7 @@ Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& ca
 }
 
 cl::Kernel Kernels::create(const KernelCall& call, const std::string& entry) const {
-    const Place& place = places_.at(key_of(call));
+    const Place& place = places_.at(program_key(call));
     const std::string name = ocl::name_in_unit(entry, place.unit);
     return ocl::checked("create kernel " + entry, [&] { return cl::Kernel(place.program, name.c_str()); });
 }

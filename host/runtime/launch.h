@@ -26,8 +26,8 @@ struct Bindings {
     cl::Buffer counter;
 };
 
-/// The options that a call's kernel is compiled with: beside its file or source, all that it depends on.
-std::string program_options(const KernelCall& call);
+/// All that a call's program depends on: calls of the same key have the same.
+std::string program_key(const KernelCall& call);
 
 /// The kernels of several calls, compiled as one program: to begin takes a compiler longer than most of them.
 class Kernels {
