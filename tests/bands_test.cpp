@@ -69,7 +69,7 @@ std::pair<int, int> rows_read(const Graph& graph, const Node& node, size_t posit
     const int height = graph.shape(node.inputs[position]).height;
     std::pair<int, int> rows{row, row};
     if (const auto* convolution = std::get_if<Convolution>(&node.op)) {
-        const Parameters& layer = graph.parameters[convolution->parameters];
+        const Parameters& layer = *graph.parameters[convolution->parameters];
         rows = {layer.stride * row - layer.kernel / 2, layer.stride * row + layer.kernel / 2};
         if (!convolution->readings.empty()) {
             const auto [first, last] =

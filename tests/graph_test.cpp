@@ -126,8 +126,8 @@ TEST_SUITE("small") {
             CHECK(fused.nodes[first.inputs[0]].name == "maps");
             CHECK(fused.nodes[first.inputs[1]].name == "weights");
             CHECK(std::holds_alternative<ZeroUpsample>(fused.nodes[first.inputs[2]].op));
-            CHECK(fused.parameters[convolution.parameters].weights.front() == 36);
-            CHECK(fused.parameters[convolution.parameters].weights.back() == 35);
+            CHECK(fused.parameters[convolution.parameters]->weights.front() == 36);
+            CHECK(fused.parameters[convolution.parameters]->weights.back() == 35);
             CHECK(count(fused, is_concat) == 0);
             CHECK(count(fused, is_pointwise) == 0);
         }

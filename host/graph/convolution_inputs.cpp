@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -33,7 +34,7 @@ class Inputs {
     /// Of the convolution's input; empty where nothing is gained, or where the kernels could not read it.
     std::vector<Part> parts(const Node& node) const {
         const auto& convolution = std::get<Convolution>(node.op);
-        const Parameters& parameters = graph_.parameters[convolution.parameters];
+        const Parameters& parameters = *graph_.parameters[convolution.parameters];
         if (parameters.groups != 1 || parameters.stride != 1 || parameters.conditioned) return {};
         const Value input = node.inputs[0];
         const bool joined = is<Concat>(graph_.nodes[input]) && uses_.only_one(input);
@@ -111,11 +112,12 @@ class Inputs {
     Uses uses_;
 };
 
-/// Makes input channels [first, first + count) the last.
-void put_last(Parameters& parameters, int first, int count) {
+/// The same with input channels [first, first + count) as the last.
+std::shared_ptr<const Parameters> with_last(Parameters parameters, int first, int count) {
     const int taps = parameters.taps(), all = parameters.in_channels;
     for (auto row = parameters.weights.begin(); row != parameters.weights.end(); row += all * taps)
         std::rotate(row + first * taps, row + (first + count) * taps, row + all * taps);
+    return std::make_shared<Parameters>(std::move(parameters));
 }
 
 }  // namespace
@@ -128,9 +130,10 @@ Graph fuse_convolution_inputs(const Graph& graph) {
         const std::vector<Part> parts = inputs.parts(node);
         if (parts.empty()) continue;
         auto& convolution = std::get<Convolution>(node.op);
-        if (inputs.is_sparse(parts.back().image))
-            put_last(result.parameters[convolution.parameters], parts.back().first,
-                     graph.shape(parts.back().image).channels);
+        if (inputs.is_sparse(parts.back().image)) {
+            std::shared_ptr<const Parameters>& parameters = result.parameters[convolution.parameters];
+            parameters = with_last(*parameters, parts.back().first, graph.shape(parts.back().image).channels);
+        }
         const Shape& shape = graph.shape(node.inputs[0]);
         convolution.width = shape.width;
         convolution.height = shape.height;

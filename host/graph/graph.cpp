@@ -372,7 +372,7 @@ Value Graph::convolution(Value image, Parameters weights, Activation activation,
     expect(part.width <= in.width && part.height <= in.height, "a part is no larger than the whole");
     const Shape result{weights.out_channels, ceil_divide(part.height, weights.stride),
                        ceil_divide(part.width, weights.stride)};
-    parameters.push_back(std::move(weights));
+    parameters.push_back(std::make_shared<Parameters>(std::move(weights)));
     return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
 }
 

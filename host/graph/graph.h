@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -73,7 +74,7 @@ struct State {
 class Graph {
   public:
     std::vector<Node> nodes;
-    std::vector<Parameters> parameters;
+    std::vector<std::shared_ptr<const Parameters>> parameters;  // passes copy graphs, which then share them
     std::optional<JitterKernels> jitter_kernels;
     std::vector<State> states;
     std::map<std::string, Value> views;      // what can be looked at, by name

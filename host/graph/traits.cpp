@@ -36,7 +36,7 @@ Rows rows_of_squares(const Graph&, const Node& node, size_t, Rows rows) {
 
 Rows rows_of_convolution(const Graph& graph, const Node& node, size_t position, Rows rows) {
     const Convolution& convolution = convolution_of(node);
-    const Parameters& parameters = graph.parameters[convolution.parameters];
+    const Parameters& parameters = *graph.parameters[convolution.parameters];
     const int reach = parameters.kernel / 2;
     rows = {parameters.stride * rows.first - reach, parameters.stride * (rows.end - 1) + reach + 1};
     if (convolution.readings.empty()) return rows;
@@ -64,7 +64,7 @@ double Cost::of(const Graph& graph, const Node& node) const {
 }
 
 double operations_of_convolution(const Graph& graph, const Node& node) {
-    const Parameters& parameters = graph.parameters[convolution_of(node).parameters];
+    const Parameters& parameters = *graph.parameters[convolution_of(node).parameters];
     return 2.0 * parameters.taps() * parameters.in_channels / parameters.groups *
            static_cast<double>(node.shape.elements());
 }

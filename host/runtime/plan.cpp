@@ -57,7 +57,7 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
         stage.bytes += tensor_bytes(plan.layouts[input]);
     }
     if (const auto* convolution = std::get_if<graph::Convolution>(&node.op))
-        stage.problem.parameters = &plan.graph.parameters[convolution->parameters];
+        stage.problem.parameters = plan.graph.parameters[convolution->parameters].get();
     stage.operations = graph::operations(plan.graph, node);
     return stage;
 }

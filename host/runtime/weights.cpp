@@ -17,7 +17,7 @@ bool is_universal(const graph::Graph& graph) {
     if (!graph.jitter_kernels) return true;
     const auto& conditioned = graph.jitter_kernels->conditioned;
     return std::all_of(conditioned.begin(), conditioned.end(),
-                       [&](int index) { return graph.parameters[index].sets == 1; });
+                       [&](int index) { return graph.parameters[index]->sets == 1; });
 }
 
 int sets_on_device(const graph::Graph& graph, const graph::Parameters& parameters) {
@@ -40,7 +40,7 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
     : context_(context) {
     ocl::checked("upload weights", [&] {
         for (const auto& [index, lowered] : convolutions) {
-            const graph::Parameters& parameters = graph.parameters[index];
+            const graph::Parameters& parameters = *graph.parameters[index];
             Packed& packed = packed_[index];
             packed.floats = lowered.packing->floats;
             packed.conditioned = parameters.conditioned;
@@ -98,7 +98,7 @@ cl_uint Weights::offset(int parameters) const {
 size_t Weights::bytes(const graph::Graph& graph, const std::map<int, Lowered>& convolutions) {
     size_t floats = 0;
     for (const auto& [index, lowered] : convolutions)
-        floats += lowered.packing->floats * sets_on_device(graph, graph.parameters[index]);
+        floats += lowered.packing->floats * sets_on_device(graph, *graph.parameters[index]);
     const size_t predictor =
         predicts(graph) && !is_universal(graph) ? KernelPredictor::bytes(graph.jitter_kernels->predictor) : 0;
     return floats * sizeof(float) + predictor;
