@@ -21,7 +21,7 @@
 // - spread: the nine samples' mean and deviation.
 // - collected: `sums` are the samples' sums by both kinds of weights; before and result are colour and weight.
 #define DEFINE_COLLECT(real)                                                                                          \
-    INLINE void weigh_##real(real offset, real* sharp, real* soft) {                                                  \
+    INLINE void weigh_##real(const Sizes* sizes, real offset, real* sharp, real* soft) {                              \
         _Pragma("unroll") for (int i = 0; i < 3; ++i) {                                                               \
             const real distance = (float)(i - 1) - offset, squared = distance * distance;                             \
             const real by_sharp = -SHARP * squared, by_soft = -SOFT * squared;                                        \
@@ -101,8 +101,8 @@ INLINE float speed_at(const Sizes* sizes, global const float* motion, int x, int
 INLINE void collect_pixel(const Sizes* sizes, global const storage* color, global const storage* past,
                           global const storage* trust, global const float* motion, global storage* out, Frame frame,
                           int x, int y) {
-    const Nearest u = nearest_sample(x, frame.jitter_x, COLOR_WIDTH);
-    const Nearest v = nearest_sample(y, frame.jitter_y, COLOR_HEIGHT);
+    const Nearest u = nearest_sample(sizes, x, frame.jitter_x, COLOR_WIDTH);
+    const Nearest v = nearest_sample(sizes, y, frame.jitter_y, COLOR_HEIGHT);
     float samples[9][3], mean[3], deviation[3], before[4], result[4];
     float sharp_x[3], soft_x[3], sharp_y[3], soft_y[3];
 #pragma unroll
@@ -112,8 +112,8 @@ INLINE void collect_pixel(const Sizes* sizes, global const storage* color, globa
         vstore3(to_ycocg(sample).xyz, 0, samples[i]);
     }
     spread_float(samples, mean, deviation);
-    weigh_float(u.offset, sharp_x, soft_x);
-    weigh_float(v.offset, sharp_y, soft_y);
+    weigh_float(sizes, u.offset, sharp_x, soft_x);
+    weigh_float(sizes, v.offset, sharp_y, soft_y);
     vstore4(LOAD_CHANNELS(PAST, past, x, y, 0), 0, before);
     collected_float(samples, mean, deviation, sharp_x, soft_x, sharp_y, soft_y,
                     LOAD(trust, AT(TRUST, u.sample, v.sample, 0)), speed_at(sizes, motion, x, y), before, result);
@@ -132,7 +132,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect(Sizes g
 
 // For devices that make vectors of what a work-item says is one: all pixels whose nearest samples are LANES × ROWS, as
 // in compose.cl.
-#ifdef PHASES
+#ifdef MOST_PHASES
 DEFINE_COLLECT(float16)
 
 INLINE void load_converted(const Sizes* sizes, global const storage* color, int row, const int elements[3][LANES],
@@ -148,10 +148,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(
     TAKE(sizes);
     const int first = LANES * get_global_id(0), first_row = ROWS * ROW_ITEM(1);
     const Strip strip = find_strip(sizes, first, frame.jitter_x);
-    float16 sharp_x[PHASES][3], soft_x[PHASES][3], samples[9][3];
+    float16 sharp_x[MOST_PHASES][3], soft_x[MOST_PHASES][3], samples[9][3];
     for (int phase = 0; phase < PHASES; ++phase)
-        weigh_float16(vload16(0, strip.offset[phase]), sharp_x[phase], soft_x[phase]);
-    int y = first_pixel(first_row, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
+        weigh_float16(sizes, vload16(0, strip.offset[phase]), sharp_x[phase], soft_x[phase]);
+    int y = first_pixel(sizes, first_row, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
     load_converted(sizes, color, first_row - 1, strip.around, samples + 3);
     load_converted(sizes, color, first_row, strip.around, samples + 6);
     for (int row = first_row; row < min(first_row + ROWS, COLOR_HEIGHT); ++row) {
@@ -160,7 +160,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(
 #pragma unroll
             for (int c = 0; c < 3; ++c) samples[i][c] = samples[i + 3][c];
         load_converted(sizes, color, row + 1, strip.around, samples + 6);
-        const int end_y = first_pixel(row + 1, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
+        const int end_y = first_pixel(sizes, row + 1, frame.jitter_y, COLOR_HEIGHT, OUT_HEIGHT);
         if (y == end_y) continue;
         prefetch_row(color + AT(COLOR, first, min(row + 2, COLOR_HEIGHT - 1), 0), LANES * COLOR_STRIDE);
         float16 mean[3], deviation[3];
@@ -169,9 +169,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect_lanes(
         for (int i = 0; i < LANES; ++i) trusts[i] = LOAD(trust, AT(TRUST, min(first + i, COLOR_WIDTH - 1), row, 0));
         for (; y < end_y; ++y) {
             prefetch_row(past + AT(PAST, strip.start[0], min(y + 1, OUT_HEIGHT - 1), 0), LANES * PHASES * PAST_STRIDE);
-            const float16 down = nearest_sample(y, frame.jitter_y, COLOR_HEIGHT).offset;
+            const float16 down = nearest_sample(sizes, y, frame.jitter_y, COLOR_HEIGHT).offset;
             float16 sharp_y[3], soft_y[3];
-            weigh_float16(down, sharp_y, soft_y);
+            weigh_float16(sizes, down, sharp_y, soft_y);
             for (int phase = 0; phase < PHASES; ++phase) {
                 int elements[LANES];
                 float speeds[LANES];

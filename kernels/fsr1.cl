@@ -104,7 +104,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu(Sizes give
 
 // For devices that make vectors of what a work-item says is one: a strip of 16 × ROWS pixels. Edges are found for each
 // texel under it, once, and then interpolated, first between lines. Wants texels of four elements; COLUMNS and LINES
-// are the most texels under the strip along each axis, all taps included.
+// are the texels under the strip along each axis, all taps included, up to MOST_COLUMNS and MOST_LINES.
 #ifdef ROWS
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(Sizes given, global const storage* in,
                                                                             global storage* restrict out, Frame frame) {
@@ -113,8 +113,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(Size
     const int pixels = min(16, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
     const int first_column = source_coordinate(x0, SCALE, SCALE_REST, frame.jitter_x).whole - 1;
     const int first_line = source_coordinate(y0, SCALE, SCALE_REST, frame.jitter_y).whole - 1;
-    float4 color[LINES][COLUMNS];
-    float bright[LINES][COLUMNS];
+    float4 color[MOST_LINES][MOST_COLUMNS];
+    float bright[MOST_LINES][MOST_COLUMNS];
     for (int j = 0; j < LINES; ++j) {
         const int line = AT(IN, 0, clamp(first_line + j, 0, IN_HEIGHT - 1), 0);
         for (int i = 0; i < COLUMNS; ++i) {
@@ -122,7 +122,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(Size
             bright[j][i] = brightness(color[j][i]);
         }
     }
-    float edge_x[LINES][COLUMNS], edge_y[LINES][COLUMNS], edge[LINES][COLUMNS];
+    float edge_x[MOST_LINES][MOST_COLUMNS], edge_y[MOST_LINES][MOST_COLUMNS], edge[MOST_LINES][MOST_COLUMNS];
     for (int j = 1; j < LINES - 1; ++j) {
         for (int i = 1; i < COLUMNS - 1; ++i) {
             const float3 found =
@@ -145,7 +145,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_strip(Size
         const Coordinate v = source_coordinate(y0 + row, SCALE, SCALE_REST, frame.jitter_y);
         const int line = v.whole - first_line;
         const float t = v.fraction;
-        float4 between[COLUMNS];
+        float4 between[MOST_COLUMNS];
         for (int i = 1; i < COLUMNS - 1; ++i)
             between[i] =
                 (float4)(mix(edge_x[line][i], edge_x[line + 1][i], t), mix(edge_y[line][i], edge_y[line + 1][i], t),

@@ -16,14 +16,28 @@ constant char kTapRows[36] = {2, 2, 1, 3, 2, 1, 3, 1, 3, 2, 0, 4, 2, 1, 3, 0, 4,
 constant char kTapColumns[36] = {2, 1, 2, 2, 3, 1, 1, 3, 3, 0, 2, 2, 4, 0, 0, 1, 1, 3,
                                  3, 4, 4, 0, 0, 4, 4, 2, 5, 1, 3, 5, 5, 0, 4, 5, 5, 5};
 
-// The LR pixel whose sample lies in HR pixel `cell` of an axis; `none` where there is no such pixel. The same in every
+// A pixel along an axis: number `within` of the `cells` pixels of a period.
+typedef struct {
+    int period, within;
+} Place;
+INLINE Place place_of(int cell, int cells) {
+    const int period = cell >= 0 ? cell / cells : -((cells - 1 - cell) / cells);
+    const Place place = {period, cell - period * cells};
+    return place;
+}
+INLINE Place next_place(Place place, int cells) {
+    const bool ends = place.within == cells - 1;
+    const Place next = {place.period + ends, ends ? 0 : place.within + 1};
+    return next;
+}
+
+// The LR pixel whose sample lies in an HR pixel of an axis; `none` where there is no such pixel. The same in every
 // period, whatever is rounded.
 #define NO_SAMPLE (-(1 << 30))
-INLINE int sample_in(int cell, float jitter, int samples, int cells, float scale) {
-    const int period = cell >= 0 ? cell / cells : -((cells - 1 - cell) / cells), within = cell - period * cells;
-    const int first = whole_part(within / scale - 0.5f - jitter);
+INLINE int sample_in(Place place, float jitter, int samples, float scale) {
+    const int first = whole_part(place.within / scale - 0.5f - jitter);
     for (int i = max(first, 0); i <= min(first + 1, samples - 1); ++i)
-        if (whole_part((i + jitter + 0.5f) * scale) == within) return period * samples + i;
+        if (whole_part((i + jitter + 0.5f) * scale) == place.within) return place.period * samples + i;
     return NO_SAMPLE;
 }
 
@@ -34,12 +48,15 @@ typedef struct {
 #define OWN_CHANNEL (-WINDOW_FIRST * WINDOW - WINDOW_FIRST)
 
 // Those of HR pixel (x, y), and how many.
-INLINE int select_taps(int x, int y, Frame frame, Tap* taps) {
+INLINE int select_taps(const Sizes* sizes, int x, int y, Frame frame, Tap* taps) {
     int columns[WINDOW], rows[WINDOW];
+    Place across = place_of(x + WINDOW_FIRST, CELLS_X), down = place_of(y + WINDOW_FIRST, CELLS_Y);
 #pragma unroll
     for (int i = 0; i < WINDOW; ++i) {
-        columns[i] = sample_in(x + WINDOW_FIRST + i, frame.jitter_x, SAMPLES_X, CELLS_X, SCALE_X);
-        rows[i] = sample_in(y + WINDOW_FIRST + i, frame.jitter_y, SAMPLES_Y, CELLS_Y, SCALE_Y);
+        columns[i] = sample_in(across, frame.jitter_x, SAMPLES_X, SCALE_X);
+        rows[i] = sample_in(down, frame.jitter_y, SAMPLES_Y, SCALE_Y);
+        across = next_place(across, CELLS_X);
+        down = next_place(down, CELLS_Y);
     }
     int count = 0;
     for (int i = 0; i < WINDOW * WINDOW && count < WEIGHED; ++i) {
@@ -140,7 +157,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve(
     const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Tap taps[WEIGHED];
-    const int count = select_taps(x, y, frame, taps);
+    const int count = select_taps(sizes, x, y, frame, taps);
     float4 mean = 0, square = 0;
     float total = 0;
     for (int tap = 0; tap < count; ++tap) {
@@ -167,7 +184,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resolve_strip(
     const int first = item / CELLS_X * (LANES * CELLS_X) + item % CELLS_X;
     if (first >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     Tap taps[WEIGHED];
-    const int count = select_taps(first, y, frame, taps);
+    const int count = select_taps(sizes, first, y, frame, taps);
     float mean[3][LANES] = {{0}}, square[3][LANES] = {{0}}, total[LANES] = {0};
     for (int tap = 0; tap < count; ++tap) {
         const int j = clamp(taps[tap].row, 0, COLOR_HEIGHT - 1);

@@ -64,7 +64,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject(Sizes
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels. Between four samples
 // that are valid and no silhouette, whichever of them count, there is only the mean to be taken; whether that is so is
-// found out once for all pixels between them. SPAN is the most samples under a row of the strip.
+// found out once for all pixels between them. SPAN samples, up to MOST_SPAN, are under a row of the strip.
 #ifdef PIXELS
 // SPAN samples of a row from column `first` on, clamped to the image: vectors and depths.
 INLINE void read_row(const Sizes* sizes, global const float* motion, global const float* depth, int first, int row,
@@ -92,8 +92,8 @@ INLINE float most_of(float a, float b) { return a > b ? a : b; }
 
 // Whether only the mean is to be taken between each sample of two rows and the one to its right, and whether it is so
 // everywhere.
-INLINE int find_plain(const float* above, const float* below, const float* depths_above, const float* depths_below,
-                      int* plain) {
+INLINE int find_plain(const Sizes* sizes, const float* above, const float* below, const float* depths_above,
+                      const float* depths_below, int* plain) {
     int all = 1;
     for (int i = 0; i < SPAN - 1; ++i) {
         const float nearest = LEAST_OF_FOUR(depths_above, depths_below, i, 1);
@@ -121,8 +121,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
         place[i] = tx.first - first;
         weights[i] = (float4)(tx.first_weight, tx.first_weight, tx.second_weight, tx.second_weight);
     }
-    float above[2 * SPAN], below[2 * SPAN], depths_above[SPAN], depths_below[SPAN], between[2 * SPAN];
-    int plain[SPAN], all_plain = 0;
+    float above[2 * MOST_SPAN], below[2 * MOST_SPAN], between[2 * MOST_SPAN];
+    float depths_above[MOST_SPAN], depths_below[MOST_SPAN];
+    int plain[MOST_SPAN], all_plain = 0;
     int row_above = -1, row_below = -1;  // that have been read
     for (int row = 0; row < rows; ++row) {
         const Taps ty = counted_taps(y0 + row, SCALE, SCALE_REST, SHIFT_Y, MOTION_HEIGHT);
@@ -136,7 +137,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void reproject_strip
             read_row(sizes, motion, depth, first, ty.second, below, depths_below);
             row_above = ty.first;
             row_below = ty.second;
-            all_plain = find_plain(above, below, depths_above, depths_below, plain);
+            all_plain = find_plain(sizes, above, below, depths_above, depths_below, plain);
         }
         const float weight_above = (SCALE + SCALE_REST) * ty.first_weight;
         const float weight_below = (SCALE + SCALE_REST) * ty.second_weight;

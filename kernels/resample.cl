@@ -36,7 +36,7 @@ inline float8 tap_weights(float t) {
 #endif
 }
 
-inline Coordinate coordinate(int x, float jitter) {
+INLINE Coordinate coordinate(const Sizes* sizes, int x, float jitter) {
 #if TAPS == 1
     // Rounded: the middle between two pixels is the second's, whatever rounding errors make of it.
     jitter -= 0.501f;
@@ -49,7 +49,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(Sizes 
     TAKE(sizes);
     const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const Coordinate u = coordinate(x, SHIFT_X), v = coordinate(y, SHIFT_Y);
+    const Coordinate u = coordinate(sizes, x, SHIFT_X), v = coordinate(sizes, y, SHIFT_Y);
     float along_x[8], along_y[8];
     vstore8(tap_weights(u.fraction), 0, along_x);
     vstore8(tap_weights(v.fraction), 0, along_y);
@@ -72,9 +72,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(Sizes 
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, each row filtered
 // along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants three channels,
-// and source pixels of four elements; SPAN is the most source pixels under a row of the strip and its taps.
+// and source pixels of four elements; SPAN source pixels, up to MOST_SPAN, are under a row of the strip and its taps.
 #ifdef PIXELS
-#define VECTORS ((SPAN + 3) / 4)
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(Sizes given, global const storage* in,
                                                                                 global storage* restrict out,
@@ -82,39 +81,38 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(
     TAKE(sizes);
     const int x0 = PIXELS * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
-    const int first_column = coordinate(x0, SHIFT_X).whole + FIRST_TAP;
+    const int first_column = coordinate(sizes, x0, SHIFT_X).whole + FIRST_TAP;
     int place[PIXELS];
     float along_x[PIXELS][8];
     for (int i = 0; i < PIXELS; ++i) {
-        const Coordinate u = coordinate(x0 + i, SHIFT_X);
+        const Coordinate u = coordinate(sizes, x0 + i, SHIFT_X);
         place[i] = u.whole + FIRST_TAP - first_column;
         vstore8(tap_weights(u.fraction), 0, along_x[i]);
     }
-    const bool inside = first_column >= 0 && first_column + 4 * VECTORS <= IN_WIDTH;
+    const int vectors = (SPAN + 3) / 4;
+    const bool inside = first_column >= 0 && first_column + 4 * vectors <= IN_WIDTH;
     for (int row = 0; row < rows; ++row) {
-        const Coordinate v = coordinate(y0 + row, SHIFT_Y);
+        const Coordinate v = coordinate(sizes, y0 + row, SHIFT_Y);
         float along_y[8];
         vstore8(tap_weights(v.fraction), 0, along_y);
-        float16 filtered[VECTORS];
+        int lines[TAPS];
 #pragma unroll
-        for (int i = 0; i < VECTORS; ++i) filtered[i] = 0;
-#pragma unroll
-        for (int j = 0; j < TAPS; ++j) {
-            const int line = AT(IN, 0, clamp(v.whole + FIRST_TAP + j, 0, IN_HEIGHT - 1), 0);
+        for (int j = 0; j < TAPS; ++j) lines[j] = AT(IN, 0, clamp(v.whole + FIRST_TAP + j, 0, IN_HEIGHT - 1), 0);
+        float16 filtered[(MOST_SPAN + 3) / 4];
+        for (int i = 0; i < vectors; ++i) {
+            const int column = first_column + 4 * i;
+            float16 sum = 0;
             if (inside) {
 #pragma unroll
-                for (int i = 0; i < VECTORS; ++i)
-                    filtered[i] += along_y[j] * LOAD16(in, line + IN_STRIDE * (first_column + 4 * i));
+                for (int j = 0; j < TAPS; ++j) sum += along_y[j] * LOAD16(in, lines[j] + IN_STRIDE * column);
             } else {
-                for (int i = 0; i < VECTORS; ++i) {
-                    const int4 columns =
-                        clamp(first_column + 4 * i + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1));
-                    filtered[i] += along_y[j] * (float16)(LOAD4(in, line + IN_STRIDE * columns.s0),
-                                                          LOAD4(in, line + IN_STRIDE * columns.s1),
-                                                          LOAD4(in, line + IN_STRIDE * columns.s2),
-                                                          LOAD4(in, line + IN_STRIDE * columns.s3));
-                }
+                const int4 at = IN_STRIDE * clamp(column + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1));
+#pragma unroll
+                for (int j = 0; j < TAPS; ++j)
+                    sum += along_y[j] * (float16)(LOAD4(in, lines[j] + at.s0), LOAD4(in, lines[j] + at.s1),
+                                                  LOAD4(in, lines[j] + at.s2), LOAD4(in, lines[j] + at.s3));
             }
+            filtered[i] = sum;
         }
         const float4* source = (const float4*)filtered;
         for (int i = 0; i < pixels; ++i) {

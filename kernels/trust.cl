@@ -49,7 +49,7 @@ INLINE float chance(float4 sum, float4 squares, float count, float allowed_devia
            (((variance.x + variance.y + variance.z) / count + ALLOWED) * allowed_deviations * allowed_deviations);
 }
 
-INLINE float trust_in(const Column* c, float2 vector) {
+INLINE float trust_in(const Sizes* sizes, const Column* c, float2 vector) {
     const float4 narrow = c[1].narrow + c[2].narrow + c[3].narrow;
     const float4 narrow_squares = c[1].narrow_squares + c[2].narrow_squares + c[3].narrow_squares;
     const float4 wide = c[0].wide + c[1].wide + c[2].wide + c[3].wide + c[4].wide;
@@ -80,6 +80,6 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void trust(Sizes giv
         for (int i = 0; i < 4; ++i) columns[i] = columns[i + 1];
         columns[4] = column_at(sizes, residual, motion, x + 2, y);
         const float2 vector = (float2)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]);
-        STORE(trust_in(columns, vector), out, AT(OUT, x, y, 0));
+        STORE(trust_in(sizes, columns, vector), out, AT(OUT, x, y, 0));
     }
 }

@@ -44,7 +44,7 @@ INLINE float4 filtered(const Sizes* sizes, global const storage* image, int colu
     return (float4)(held.xyz, sum.w);
 }
 
-INLINE Taps fallback_taps(int x, float jitter, int size) {
+INLINE Taps fallback_taps(const Sizes* sizes, int x, float jitter, int size) {
     const Coordinate u = source_coordinate(x, SCALE, SCALE_REST, jitter);
     return clamped_taps(u.whole, u.fraction, size);
 }
@@ -52,8 +52,8 @@ INLINE Taps fallback_taps(int x, float jitter, int size) {
 INLINE float4 warped(const Sizes* sizes, global const storage* image, global const storage* color, Frame frame, int x,
                      int y, float motion_x, float motion_y) {
     if (frame.reset || !is_finite(motion_x) || !is_finite(motion_y)) {
-        const Taps tx = fallback_taps(x, frame.jitter_x, COLOR_WIDTH);
-        const Taps ty = fallback_taps(y, frame.jitter_y, COLOR_HEIGHT);
+        const Taps tx = fallback_taps(sizes, x, frame.jitter_x, COLOR_WIDTH);
+        const Taps ty = fallback_taps(sizes, y, frame.jitter_y, COLOR_HEIGHT);
         return (float4)(BILINEAR(COLOR, color, tx, ty, 0).xyz, 0);
     }
     // Cut to twice the image, beyond which nothing changes, so that the sums fit an int.

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <bit>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -11,10 +12,13 @@
 
 #include "api/build_graph.h"
 #include "clarus/model.h"
+#include "model_file.h"
+#include "pipelines/pipeline.h"
 #include "runtime/inputs.h"
 #include "runtime/launch.h"
 #include "runtime/plan.h"
 #include "runtime/tuner.h"
+#include "temporary_folder.h"
 #include "test_device.h"
 
 using namespace clarus;
@@ -23,7 +27,7 @@ using runtime::TensorArgument;
 namespace {
 
 /// The programs of a model at a size, as a device of this class would run it.
-std::set<std::string> programs_of(const Model& model, Size render, const DeviceProfile& profile, int band_rows) {
+std::set<std::string> programs_of(const Model& model, Size render, const DeviceProfile& profile, int band_rows = 0) {
     UpscalerOptions options;
     options.band_rows = band_rows;
     const Size output = output_size(render, model.scale());
@@ -62,6 +66,13 @@ std::vector<DeviceProfile> classes() {
     return {gpu, cpu};
 }
 
+void check_same_programs(const std::set<std::string>& programs, const std::set<std::string>& others) {
+    for (const std::string& program : others) {
+        if (!programs.contains(program)) MESSAGE(program);
+        CHECK(programs.contains(program));
+    }
+}
+
 }  // namespace
 
 TEST_SUITE("small") {
@@ -78,13 +89,17 @@ TEST_SUITE("small") {
                 out[5] = sizes->B.offset;
                 out[6] = sizes->B.ring;
                 out[7] = sizes->B.reciprocal;
+                out[8] = sizes->phases;
+                out[9] = as_uint(sizes->scale);
             })",
-                                                                "-DTENSORS=A,B");
+                                                                "-DTENSORS=A,B -DNUMBERS=INT(phases)FLOAT(scale)");
         struct {
             cl_int first_item = 7;
             TensorArgument a{1, 2, 3, 4, 5, 6}, b{10, 20, 30, 40, 50, 60};
+            cl_int phases = 3;
+            cl_float scale = 2.5f;
         } const sizes;
-        const std::vector<cl_uint> expected{sizeof sizes, 7, 10, 20, 30, 40, 50, 60};
+        const std::vector<cl_uint> expected{sizeof sizes, 7, 10, 20, 30, 40, 50, 60, 3, std::bit_cast<cl_uint>(2.5f)};
         std::vector<cl_uint> result(expected.size());
         const size_t bytes = result.size() * sizeof(cl_uint);
         const cl::Buffer out(context.context(), CL_MEM_WRITE_ONLY, bytes);
@@ -119,10 +134,33 @@ TEST_CASE("another size asks for no other programs, of any shipped model, whole 
                 CAPTURE(band_rows);
                 const std::set<std::string> programs = programs_of(model, {960, 540}, profile, band_rows);
                 for (const Size other : {Size{480, 272}, {719, 405}, {961, 541}})
-                    for (const std::string& program : programs_of(model, other, profile, band_rows)) {
-                        if (!programs.contains(program)) MESSAGE(program);
-                        CHECK(programs.contains(program));
-                    }
+                    check_same_programs(programs, programs_of(model, other, profile, band_rows));
             }
+    }
+}
+
+TEST_CASE("another real scale asks for no other programs") {
+    // As where an engine renders fewer pixels for the same output.
+    const auto at = [](double scale) { return Size{static_cast<int>(1920 / scale), static_cast<int>(1080 / scale)}; };
+    for (const DeviceProfile& profile : classes()) {
+        for (const pipelines::FilterPipeline& filter : pipelines::filters()) {
+            const std::string name(filter.name);
+            CAPTURE(name);
+            const std::set<std::string> programs = programs_of(Model::filter(name, 2), at(2), profile);
+            for (const double scale : {1.0, 1.5, 2.3456, 3.0, 12.5})
+                check_same_programs(programs, programs_of(Model::filter(name, scale), at(scale), profile));
+        }
+        for (const std::string name : {"clarus_x2", "nss_x2"}) {
+            CAPTURE(name);
+            const TemporaryFolder folder;
+            ModelFile file = ModelFile::read(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".model.safetensors");
+            file.header["__metadata__"]["scale"] = "any";
+            const std::filesystem::path path = folder / "model.safetensors";
+            file.write(path);
+            const std::set<std::string> programs = programs_of(Model::load(path.string(), 2), at(2), profile);
+            // All of them ratios of small numbers: at others NSS has another kernel, for rows without a period.
+            for (const double scale : {1.5, 2.4, 3.0})
+                check_same_programs(programs, programs_of(Model::load(path.string(), scale), at(scale), profile));
+        }
     }
 }

@@ -49,15 +49,22 @@ struct NamedTensor {
     TensorArgument argument;
 };
 
+/// A number that follows from sizes or a real scale, under the name that the kernel gives it.
+struct NamedNumber {
+    std::string name;
+    std::variant<std::int32_t, float> value;
+};
+
 /// One kernel launch, as data. The kernel has reqd_work_group_size(WG_X, WG_Y, 1); WG_X and WG_Y are set by the runtime
-/// from `local`. Where there are tensors, the kernel's first argument is a struct Sizes of them, which the runtime
-/// defines and fills in.
+/// from `local`. Where there are tensors, the kernel's first argument is a struct Sizes of them and of the numbers,
+/// which the runtime defines and fills in.
 struct KernelCall {
     std::string file;    // kernels/<file>.cl; or, where `source` is not empty, a name for messages
     std::string source;  // source made at run time
     std::string entry;
     std::string options;
     std::vector<NamedTensor> tensors;
+    std::vector<NamedNumber> numbers;  // none without tensors
     std::vector<Argument> arguments;
     std::array<size_t, 2> global{1, 1};  // rounded up to multiples of `local`
     std::array<size_t, 2> local{1, 1};

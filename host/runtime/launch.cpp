@@ -12,14 +12,15 @@
 namespace clarus::runtime {
 namespace {
 
-/// struct Sizes of kernels/common.clh: first_item, then the tensors.
+/// struct Sizes of kernels/unit.clh: first_item, then the tensors, then the numbers.
 std::vector<std::byte> sizes_of(const KernelCall& call) {
-    std::vector<std::byte> sizes(sizeof(cl_int) + call.tensors.size() * sizeof(TensorArgument));
-    std::byte* to = sizes.data() + sizeof(cl_int);
-    for (const NamedTensor& tensor : call.tensors) {
-        std::memcpy(to, &tensor.argument, sizeof tensor.argument);
-        to += sizeof tensor.argument;
-    }
+    std::vector<std::byte> sizes(sizeof(cl_int));
+    const auto append = [&](const auto& value) {
+        const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+        sizes.insert(sizes.end(), bytes, bytes + sizeof value);
+    };
+    for (const NamedTensor& tensor : call.tensors) append(tensor.argument);
+    for (const NamedNumber& number : call.numbers) std::visit(append, number.value);
     return sizes;
 }
 
@@ -27,10 +28,13 @@ cl::NDRange rounded_up(const std::array<size_t, 2>& global, const std::array<siz
     return {(global[0] + local[0] - 1) / local[0] * local[0], (global[1] + local[1] - 1) / local[1] * local[1]};
 }
 
-/// The options that a call's kernel is compiled with. The order of tensors is that of struct Sizes.
+/// The options that a call's kernel is compiled with. The order of tensors and numbers is that of struct Sizes.
 std::string program_options(const KernelCall& call) {
     std::string names;
     for (const NamedTensor& tensor : call.tensors) names += (names.empty() ? " -DTENSORS=" : ",") + tensor.name;
+    if (!call.numbers.empty()) names += " -DNUMBERS=";
+    for (const NamedNumber& number : call.numbers)
+        names += fmt::format("{}({})", std::holds_alternative<float>(number.value) ? "FLOAT" : "INT", number.name);
     return fmt::format("{}{} -DWG_X={} -DWG_Y={}", call.options, names, call.local[0], call.local[1]);
 }
 

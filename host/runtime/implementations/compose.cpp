@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -10,11 +8,12 @@ double scale_of(const Problem& problem) { return std::get<graph::Compose>(proble
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "compose";
-    call.options = fmt::format("{} {}", scale_options(scale_of(problem)), shift_options(graph::Shift::jitter));
+    call.options = shift_options(graph::Shift::jitter);
     add_images(call, {{"COLOR", problem.inputs[0]},
                       {"PAST", problem.inputs[1]},
                       {"PARAMETERS", problem.inputs[2]},
                       {"OUT", problem.output}});
+    add_scale(call, scale_of(problem));
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},

@@ -18,7 +18,7 @@ KernelCall call_for(const Problem& problem, const Choices& choices, std::string 
 
 Lowered lower_easu(const Problem& problem, const Choices& choices) {
     KernelCall call = call_for(problem, choices, "easu");
-    call.options += fmt::format(" {}", scale_options(std::get<graph::Easu>(problem.node.op).scale));
+    add_scale(call, std::get<graph::Easu>(problem.node.op).scale);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};
 }
@@ -39,8 +39,9 @@ Lowered lower_easu_strips(const Problem& problem, const Choices& choices) {
     const double scale = std::get<graph::Easu>(problem.node.op).scale;
     Lowered lowered = lower_easu(problem, choices);
     lowered.call.entry = "easu_strip";
-    lowered.call.options += fmt::format(" -DROWS={} -DCOLUMNS={} -DLINES={}", kRows, source_span(kPixels, scale, kTaps),
-                                        source_span(kRows, scale, kTaps));
+    lowered.call.options += fmt::format(" -DROWS={}", kRows);
+    add_span(lowered.call, "columns", kPixels, scale, kTaps);
+    add_span(lowered.call, "lines", kRows, scale, kTaps);
     lowered.call.global = strips(problem.output, kPixels, kRows);
     return lowered;
 }

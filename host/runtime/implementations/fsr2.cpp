@@ -9,9 +9,10 @@ Lowered lower_residual(const Problem& problem, const Choices& choices) {
     const TensorLayout &past = problem.inputs[1], &out = problem.output;
     KernelCall call;
     call.file = call.entry = "residual";
-    call.options = fmt::format("{} {} -DSTRIP={}", scale_options(static_cast<double>(past.width) / out.width, "_X"),
-                               scale_options(static_cast<double>(past.height) / out.height, "_Y"), choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
     add_images(call, {{"COLOR", problem.inputs[0]}, {"PAST", past}, {"OUT", out}});
+    add_scale(call, static_cast<double>(past.width) / out.width, "_x");
+    add_scale(call, static_cast<double>(past.height) / out.height, "_y");
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(out, choices);
@@ -22,10 +23,10 @@ Lowered lower_residual(const Problem& problem, const Choices& choices) {
 Lowered lower_trust(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "trust";
-    call.options =
-        fmt::format("{} -DSTRIP={}", scale_options(std::get<graph::Trust>(problem.node.op).scale), choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
     add_images(call, {{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}});
     add_tensor(call, "MOTION", problem.inputs[1]);
+    add_scale(call, std::get<graph::Trust>(problem.node.op).scale);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);
@@ -35,12 +36,12 @@ Lowered lower_trust(const Problem& problem, const Choices& choices) {
 Lowered lower_collect(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "collect";
-    call.options = fmt::format("{}", scale_options(std::get<graph::Collect>(problem.node.op).scale));
     add_images(call, {{"COLOR", problem.inputs[0]},
                       {"PAST", problem.inputs[1]},
                       {"TRUST", problem.inputs[2]},
                       {"OUT", problem.output}});
     add_tensor(call, "MOTION", problem.inputs[3]);
+    add_scale(call, std::get<graph::Collect>(problem.node.op).scale);
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::input, 2},
                       {ArgumentKind::input, 3}, {ArgumentKind::output},   {ArgumentKind::frame}};
     call.global = pixels(problem.output);

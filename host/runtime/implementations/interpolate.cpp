@@ -42,10 +42,10 @@ Lowered lower_middle_motion(const Problem& problem, const Choices& choices) {
 Lowered lower_between(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "between";
-    call.options = fmt::format("{} -DSTRIP={}", scale_options(std::get<graph::Between>(problem.node.op).scale),
-                               choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
     add_tensor(call, "MIDDLE", problem.inputs[0]);
     add_images(call, {{"COLOR", problem.inputs[1]}, {"PREVIOUS", problem.inputs[2]}, {"OUT", problem.output}});
+    add_scale(call, std::get<graph::Between>(problem.node.op).scale);
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},

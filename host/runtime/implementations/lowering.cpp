@@ -3,10 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <stdexcept>
 
 namespace clarus::runtime {
+namespace {
+
+std::string upper_case(std::string name) {
+    for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return name;
+}
+
+}  // namespace
 
 void add_tensor(KernelCall& call, const std::string& name, const TensorLayout& layout) {
     call.options += fmt::format(" {}", layout_options(name, layout));
@@ -34,9 +43,15 @@ std::string shift_options(graph::Shift shift) {
     throw std::logic_error("unknown shift");
 }
 
-std::string scale_options(double scale, std::string_view axis) {
+void add_number(KernelCall& call, const std::string& name, std::variant<std::int32_t, float> value) {
+    call.options += fmt::format(" -D{}=sizes->{}", upper_case(name), name);
+    call.numbers.push_back({name, value});
+}
+
+void add_scale(KernelCall& call, double scale, const std::string& axis) {
     const auto nearest = static_cast<float>(scale);
-    return fmt::format("-DSCALE{0}={1:.9e}f -DSCALE{0}_REST={2:.9e}f", axis, nearest, scale - nearest);
+    add_number(call, "scale" + axis, nearest);
+    add_number(call, "scale" + axis + "_rest", static_cast<float>(scale - nearest));
 }
 
 std::vector<Choices> group_choices(const Problem&, const DeviceProfile& profile) {
@@ -73,22 +88,27 @@ std::array<size_t, 2> strips(const TensorLayout& layout, int width, int height) 
             static_cast<size_t>((layout.height + height - 1) / height)};
 }
 
-int source_span(int pixels, double scale, int taps) {
+void add_span(KernelCall& call, const std::string& name, int pixels, double scale, int taps) {
     // Whole parts of two coordinates are no farther apart than these are, rounded up; or one more by rounding errors.
-    return static_cast<int>(std::ceil((pixels - 1) / scale)) + 1 + taps;
+    const auto span = [&](double at_scale) { return static_cast<int>(std::ceil((pixels - 1) / at_scale)) + 1 + taps; };
+    add_number(call, name, span(scale));
+    call.options += fmt::format(" -DMOST_{}={}", upper_case(name), span(1));
 }
 
-int prefer_source_strips(const Problem&, const DeviceProfile& profile) {
+Lowered in_strips(Lowered plain, const Problem& problem, int width, int height) {
+    plain.call.entry += "_strip";
+    plain.call.options += fmt::format(" -DPIXELS={} -DROWS={}", width, height);
+    plain.call.global = strips(problem.output, width, height);
+    return plain;
+}
+
+int prefer_not_on_gpus(const Problem&, const DeviceProfile& profile) {
     return profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
-Lowered in_source_strips(Lowered plain, const Problem& problem, double scale, int taps) {
-    constexpr int kPixels = 256, kRows = 8;  // wide, so that memory is read and written in long runs
-    plain.call.entry += "_strip";
-    plain.call.options +=
-        fmt::format(" -DPIXELS={} -DROWS={} -DSPAN={}", kPixels, kRows, source_span(kPixels, scale, taps));
-    plain.call.global = strips(problem.output, kPixels, kRows);
-    return plain;
+int prefer_strips_of_quads(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = problem.inputs[0].channels == 3 && has_quads(problem.inputs[0]) && problem.output.block == 1;
+    return fits ? prefer_not_on_gpus(problem, profile) : 0;
 }
 
 int prefer_sample_lanes(const Problem& problem, const DeviceProfile& profile) {
@@ -99,8 +119,10 @@ int prefer_sample_lanes(const Problem& problem, const DeviceProfile& profile) {
 
 Lowered in_sample_lanes(Lowered plain, const Problem& problem, double scale) {
     constexpr int kLanes = 16, kRows = 16;
+    constexpr int kMostPhases = 8;  // more pixels of a sample are made one by one
     plain.call.entry += "_lanes";
-    plain.call.options += fmt::format(" -DROWS={} -DPHASES={}", kRows, static_cast<int>(std::ceil(scale)));
+    plain.call.options += fmt::format(" -DROWS={} -DMOST_PHASES={}", kRows, kMostPhases);
+    add_number(plain.call, "phases", static_cast<int>(std::min<double>(std::ceil(scale), kMostPhases)));
     plain.call.global = strips(problem.inputs[0], kLanes, kRows);
     return plain;
 }

@@ -61,12 +61,13 @@ Lowered lower_guide(const Problem& problem, const Choices& choices) {
     const double diagonal = std::hypot(width, height);
     const double exponent = 1 + 2 * std::min(1.0, diagonal / std::hypot(1080.0, 1920.0));
     KernelCall call = call_of("nss_guide", "guide", problem, choices);
-    call.options =
-        fmt::format("-DGUIDE -DTOLERANCE={:.9e}f -DEXPONENT={:.9e}f", kSeparation * field * diagonal, exponent);
+    call.options = "-DGUIDE";
     add_tensor(call, "DEPTH", problem.inputs[0]);
     add_tensor(call, "MOTION", problem.inputs[1]);
     add_tensor(call, "BEFORE", problem.inputs[2]);
     add_tensor(call, "OUT", problem.output);
+    add_number(call, "tolerance", static_cast<float>(kSeparation * field * diagonal));
+    add_number(call, "exponent", static_cast<float>(exponent));
     pass_inputs(call, 0, 3);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};
@@ -95,11 +96,13 @@ Lowered lower_input(const Problem& problem, const Choices& choices) {
 }
 
 /// How an axis' samples lie in its output pixels; what is rounded, in single precision, is rounded as the gym does.
-std::string axis_options(std::string_view axis, int low, int high) {
+void add_axis(KernelCall& call, const std::string& axis, int low, int high) {
     const int divisor = std::gcd(low, high);
     const float scale = static_cast<float>(high) / static_cast<float>(low);
-    return fmt::format(" -DSAMPLES_{0}={1} -DCELLS_{0}={2} -DSCALE_{0}={3:.9e}f -DINVERSE_{0}={4:.9e}f", axis,
-                       low / divisor, high / divisor, scale, 1 / scale);
+    add_number(call, "samples" + axis, low / divisor);
+    add_number(call, "cells" + axis, high / divisor);
+    add_number(call, "scale" + axis, scale);
+    add_number(call, "inverse" + axis, 1 / scale);
 }
 
 Lowered lower_resolve(const Problem& problem, const Choices& choices) {
@@ -112,8 +115,8 @@ Lowered lower_resolve(const Problem& problem, const Choices& choices) {
                       {"HISTORY", problem.inputs[4]},
                       {"OUT", problem.output}});
     add_tensor(call, "GUIDE", problem.inputs[1]);
-    call.options += axis_options("X", color.width, problem.output.width);
-    call.options += axis_options("Y", color.height, problem.output.height);
+    add_axis(call, "_x", color.width, problem.output.width);
+    add_axis(call, "_y", color.height, problem.output.height);
     pass_inputs(call, 0, 5);
     call.arguments.push_back({ArgumentKind::frame});
     return {std::move(call), std::nullopt};

@@ -9,10 +9,11 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     const TensorLayout &past = problem.inputs[0], &out = problem.output;
     KernelCall call;
     call.file = call.entry = "sense";
-    call.options = fmt::format("{} {} -DSTRIP={}", scale_options(static_cast<double>(past.width) / out.width, "_X"),
-                               scale_options(static_cast<double>(past.height) / out.height, "_Y"), choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
     add_images(call, {{"PAST", past}, {"OUT", out}});
     add_tensor(call, "DEPTH", problem.inputs[1]);
+    add_scale(call, static_cast<double>(past.width) / out.width, "_x");
+    add_scale(call, static_cast<double>(past.height) / out.height, "_y");
     call.arguments = {
         {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(out, choices);

@@ -8,10 +8,10 @@ namespace {
 Lowered lower_plain(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = call.entry = "warp_sharply";
-    call.options = fmt::format("{} -DSTRIP={}", scale_options(std::get<graph::WarpSharply>(problem.node.op).scale),
-                               choices.at("STRIP"));
+    call.options = fmt::format("-DSTRIP={}", choices.at("STRIP"));
     add_images(call, {{"IMAGE", problem.inputs[0]}, {"COLOR", problem.inputs[2]}, {"OUT", problem.output}});
     add_tensor(call, "MOTION", problem.inputs[1]);
+    add_scale(call, std::get<graph::WarpSharply>(problem.node.op).scale);
     call.arguments = {{ArgumentKind::input, 0},
                       {ArgumentKind::input, 1},
                       {ArgumentKind::input, 2},
