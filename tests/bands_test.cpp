@@ -141,7 +141,7 @@ TEST_SUITE("small") {
                     CAPTURE(height);
                     CAPTURE(rows);
                     LayoutPlan plan = lay_out(build({6, height}), Storage::f32);
-                    const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(granule));
+                    const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(granule)).banded;
                     REQUIRE(banded.size() == 1);
                     Simulation simulation(plan);
                     std::map<Value, int> done;
@@ -160,7 +160,7 @@ TEST_SUITE("small") {
     TEST_CASE("what is kept does not grow with the image's height") {
         const auto bytes = [](int height, int rows) {
             LayoutPlan plan = lay_out(unet({16, height}), Storage::f32);
-            const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(4));
+            const std::vector<BandedNodes> banded = plan_bands(plan, rows, with_granule(4)).banded;
             // Without colour and the output, which are whole.
             return plan_memory(plan, 128, banded).bytes - 16u * height * sizeof(float) * (4 + 4 * 4);
         };
@@ -171,10 +171,10 @@ TEST_SUITE("small") {
     TEST_CASE("small images stay whole, unless the device is small, too") {
         LayoutPlan plan = lay_out(unet({16, 100}), Storage::f32);
         DeviceProfile profile = with_granule(4);
-        CHECK(plan_bands(plan, 0, profile).empty());
+        CHECK(plan_bands(plan, 0, profile).banded.empty());
         for (const TensorLayout& layout : plan.layouts) CHECK(layout.ring == 0);
         profile.max_allocation = size_t(1) << 18;
-        CHECK(plan_bands(plan, 0, profile).size() == 1);
+        CHECK(plan_bands(plan, 0, profile).banded.size() == 1);
     }
 }
 

@@ -62,12 +62,27 @@ Size shown_size(Size own, const std::optional<Size>& asked) {
     return *asked;
 }
 
-graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options) {
+ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size>& asked) {
+    const ModelSizes usual{model.scale(), output_size(render, model.scale())};
+    if (!asked || model.scales().is_single()) return usual;
+    const double wide = static_cast<double>(asked->width) / render.width,
+                 high = static_cast<double>(asked->height) / render.height;
+    // Of the two, that which the rounding of the render size has changed less.
+    const double scale = render.width > render.height ? wide : high;
+    const bool is_one = std::abs(wide * render.height - asked->height) <= scale / 2 &&
+                        std::abs(high * render.width - asked->width) <= scale / 2;
+    if (!is_one || !model.scales().contains(scale)) return usual;
+    return {scale, model.tensors() ? output_size(render, scale) : *asked};
+}
+
+graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options,
+                         std::optional<double> scale) {
+    const double used = scale.value_or(model.scale());
     const pipelines::PipelineOptions values = option_values(model, options);
     for (const pipelines::FilterPipeline& filter : pipelines::filters())
-        if (filter.name == model.pipeline()) return filter.build({model.scale(), render, output, values});
+        if (filter.name == model.pipeline()) return filter.build({used, render, output, values});
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())
-        if (pipeline.name == model.pipeline()) return pipeline.build(*model.tensors(), model.scale(), render, values);
+        if (pipeline.name == model.pipeline()) return pipeline.build(*model.tensors(), used, render, values);
     throw std::logic_error("a model was loaded for a pipeline that is not there");
 }
 

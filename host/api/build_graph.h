@@ -17,8 +17,18 @@ Size output_size(Size render, double scale);
 /// is not from 1 to 2^15 on a side, or more than kMostFitRatio times as large or small as the result along an axis.
 Size shown_size(Size own, const std::optional<Size>& asked);
 
-/// What the model computes at this size. Errors: invalid_argument, naming the model and the pipeline's option that it
-/// does not have or that is out of range.
-graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options = {});
+/// At what scale a model is run, and what size it makes.
+struct ModelSizes {
+    double scale;
+    Size own;
+};
+/// At its own scale; where an output size is asked for, a model of any scale at the ratio of the sizes, if that is the
+/// same along both axes and within its scales. Errors: invalid_argument, as output_size().
+ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size>& asked);
+
+/// What the model computes at this size, at its own scale or another that it has. Errors: invalid_argument, naming the
+/// model and the pipeline's option that it does not have or that is out of range.
+graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options = {},
+                         std::optional<double> scale = {});
 
 }  // namespace clarus

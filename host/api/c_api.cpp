@@ -71,7 +71,8 @@ clarus::ImageFormat format(clarus_format from) { return {static_cast<clarus::Ele
 clarus_format format(clarus::ImageFormat from) { return {static_cast<clarus_element_type>(from.type), from.channels}; }
 
 clarus::Image image(const clarus_image& from) {
-    return {from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}};
+    return {
+        from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}, {from.origin_x, from.origin_y}};
 }
 
 clarus::UpscalerOptions options_from(const clarus_options& from) {
@@ -89,6 +90,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
+    options.dynamic_resolution = from.dynamic_resolution != 0;
     if (from.output_width != 0 || from.output_height != 0)
         options.output_size = clarus::Size{from.output_width, from.output_height};
     for (size_t i = 0; i < from.pipeline_option_count; ++i) {
@@ -102,6 +104,9 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
 
 clarus::FrameDescription frame_from(const clarus_frame& from) {
     clarus::FrameDescription frame;
+    frame.render_size = {from.render_width, from.render_height};
+    if (from.motion_scale_x != 0 || from.motion_scale_y != 0)
+        frame.motion_scale = clarus::Vec2{from.motion_scale_x, from.motion_scale_y};
     frame.color = image(from.color);
     frame.depth = image(from.depth);
     frame.motion = image(from.motion);
@@ -201,6 +206,15 @@ void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, in
     const clarus::Size size = upscaler->upscaler.output_size();
     *width = size.width;
     *height = size.height;
+}
+
+clarus_status clarus_upscaler_output_size_of(const clarus_upscaler* upscaler, int render_width, int render_height,
+                                             int* width, int* height) {
+    return guarded([&] {
+        const clarus::Size size = upscaler->upscaler.output_size({render_width, render_height});
+        *width = size.width;
+        *height = size.height;
+    });
 }
 
 clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler) {

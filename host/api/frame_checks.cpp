@@ -19,18 +19,18 @@ void check_format(std::string_view name, const ImageFormat& format, int least, i
              least, most);
 }
 
-void check_buffer(std::string_view name, const Image& image, size_t bytes, cl_context context) {
+void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context) {
     size_t size = 0;
     cl_context owner = nullptr;
     const bool known = clGetMemObjectInfo(image.buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr) == CL_SUCCESS &&
                        clGetMemObjectInfo(image.buffer, CL_MEM_CONTEXT, sizeof(owner), &owner, nullptr) == CL_SUCCESS;
     if (!known || owner != context)
         fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context", name);
-    if (bytes > size || image.offset > size - bytes)
+    if (bytes > size || first > size - bytes)
         fail(ErrorKind::invalid_argument, "frame.{}: the buffer has {} bytes; {} at offset {} are needed", name, size,
-             bytes, image.offset);
-    if (image.offset > std::numeric_limits<cl_uint>::max())
-        fail(ErrorKind::invalid_argument, "frame.{}: offset {} is beyond 4 GiB; make a sub-buffer", name, image.offset);
+             bytes, first);
+    if (first > std::numeric_limits<cl_uint>::max())
+        fail(ErrorKind::invalid_argument, "frame.{}: offset {} is beyond 4 GiB; make a sub-buffer", name, first);
 }
 
 void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size, cl_context context) {
@@ -42,9 +42,15 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
              image.size.height, size.width, size.height);
     const size_t element = bytes_of(format.type);
     const size_t tight = tight_pitch(size, format);
-    if (image.row_pitch != 0 && image.row_pitch < tight)
+    if (image.origin.x < 0 || image.origin.y < 0)
+        fail(ErrorKind::invalid_argument, "frame.{}: origin ({}, {}); neither may be negative", name, image.origin.x,
+             image.origin.y);
+    if (image.origin != Position{} && image.row_pitch == 0)
+        fail(ErrorKind::invalid_argument, "frame.{}: an origin wants the row_pitch of the image that it is in", name);
+    const size_t before = static_cast<size_t>(image.origin.x) * element * format.channels;
+    if (image.row_pitch != 0 && image.row_pitch < before + tight)
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is less than a row's {} bytes", name, image.row_pitch,
-             tight);
+             before + tight);
     if (image.row_pitch % element != 0 || image.offset % element != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch and offset must be multiples of {} bytes", name,
              element);
@@ -52,7 +58,9 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is beyond 4 GiB", name, image.row_pitch);
     if (image.host && image.offset != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
-    if (image.buffer) check_buffer(name, image, row_pitch(image, format) * (size.height - 1) + tight, context);
+    if (image.buffer)
+        check_buffer(name, image, first_byte(image, format), row_pitch(image, format) * (size.height - 1) + tight,
+                     context);
 }
 
 void check_optional(std::string_view name, const Image& image, Size render, Size output) {

@@ -29,7 +29,8 @@ double scale_of(Size render, Size output) {
     return scale;
 }
 
-graph::Graph build(Size render, Size output, double scale) {
+SizedGraph build(Size render, Size output) {
+    const double scale = scale_of(render, output);
     graph::Graph graph;
     const graph::Value color = graph.input(graph::Resource::color, output);
     const graph::Value depth = graph.input(graph::Resource::depth, render);
@@ -39,7 +40,7 @@ graph::Graph build(Size render, Size output, double scale) {
     const graph::Value landed = graph.landed_depth(motion, depth, kMiddle);
     const graph::Value source = graph.landed_source(motion, depth, landed, kMiddle);
     graph.output = graph.between(graph.middle_motion(motion, depth, source), color, previous, scale);
-    return graph;
+    return {std::move(graph), {.color = output, .render = render, .output = output}, scale};
 }
 
 UpscalerOptions stream_options(const InterpolatorOptions& options) {
@@ -51,15 +52,14 @@ UpscalerOptions stream_options(const InterpolatorOptions& options) {
 }  // namespace
 
 struct Interpolator::State {
-    State(Device device, Size render, Size output, double scale, const InterpolatorOptions& options)
-        : stream(std::move(device), build(render, output, scale), {.color = output, .render = render, .output = output},
-                 scale, stream_options(options)) {}
+    State(Device device, Size render, Size output, const InterpolatorOptions& options)
+        : stream(
+              std::move(device), [output](Size of) { return build(of, output); }, render, stream_options(options)) {}
     Stream stream;
 };
 
 Interpolator::Interpolator(Device device, Size render_size, Size output_size, InterpolatorOptions options) {
-    const double scale = scale_of(render_size, output_size);
-    state_ = std::make_unique<State>(std::move(device), render_size, output_size, scale, options);
+    state_ = std::make_unique<State>(std::move(device), render_size, output_size, options);
 }
 Interpolator::~Interpolator() = default;
 Interpolator::Interpolator(Interpolator&&) noexcept = default;

@@ -8,19 +8,80 @@
 
 namespace clarus {
 
-Stream::Stream(Device device, graph::Graph graph, FrameSizes sizes, double scale, UpscalerOptions options)
+Stream::Stream(Device device, Build build, Size render, UpscalerOptions options)
     : device_(std::move(device)),
-      sizes_(sizes),
-      scale_(scale),
+      build_(std::move(build)),
       options_(std::move(options)),
-      graph_(std::move(graph)),
+      largest_(build_(render)),
       tuner_(device_.context(), options_.tuning) {
-    check_options(options_, graph_);
-    plan_with([&](const runtime::Problem& problem) { return tuner_.select_without_measuring(problem); });
+    check_options(options_, largest_.graph);
+    begin_with(
+        plan_of_largest([&](const runtime::Problem& problem) { return tuner_.select_without_measuring(problem); }));
 }
 
-void Stream::plan_with(const std::function<runtime::Selection(const runtime::Problem&)>& select) {
-    plan_ = runtime::make_plan(graph_, options_, device_.profile(), select);
+void Stream::begin_with(std::unique_ptr<runtime::Plan> plan_of_largest) {
+    plan_ = std::move(plan_of_largest);
+    sizes_ = largest_.sizes;
+    scale_ = largest_.scale;
+    memory_.weights = plan_->weight_bytes;
+    memory_.arena = plan_->memory.bytes;
+    memory_.peak_live_bytes = plan_->memory.peak_live_bytes;
+    memory_.staging = runtime::Executor::staging_bytes(*plan_, options_.dynamic_resolution, options_);
+}
+
+std::unique_ptr<runtime::Plan> Stream::plan_of_largest(const Select& select) const {
+    return runtime::make_plan(largest_.graph, options_, device_.profile(), select);
+}
+
+std::unique_ptr<runtime::Plan> Stream::plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const {
+    const auto select = [&](const runtime::Problem& problem) {
+        const std::optional<runtime::Selection> kept = choices.find(problem);
+        return kept ? *kept : tuner_.select_without_measuring(problem);
+    };
+    return runtime::make_plan(graph, options_, device_.profile(), select, choices.bands());
+}
+
+SizedGraph Stream::built(Size render) const {
+    const Size most = largest_.sizes.render;
+    if (render != most && !options_.dynamic_resolution)
+        fail(ErrorKind::invalid_argument,
+             "frame.render_size: {}x{}, and frames are {}x{} unless options.dynamic_resolution is set", render.width,
+             render.height, most.width, most.height);
+    if (render.width < 1 || render.height < 1 || render.width > most.width || render.height > most.height)
+        fail(ErrorKind::invalid_argument, "frame.render_size: {}x{}; must be from 1x1 to {}x{}", render.width,
+             render.height, most.width, most.height);
+    return build_(render);
+}
+
+FrameSizes Stream::sizes(Size render) const { return built(render).sizes; }
+
+std::unique_ptr<runtime::Plan> Stream::plan_of_half() const {
+    const auto half = [](int side) { return (side + 1) / 2; };
+    const Size render = largest_.sizes.render;
+    try {
+        return plan_like(*choices_, build_({half(render.width), half(render.height)}).graph);
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::invalid_argument) throw;
+        return plan_like(*choices_, largest_.graph);  // half is too small for the output
+    }
+}
+
+void Stream::change_size(const SizedGraph& sized, bool keeps_history) {
+    std::unique_ptr<runtime::Plan> next = plan_like(*choices_, sized.graph);
+    try {
+        executor_->change_plan(*next, keeps_history);
+    } catch (...) {
+        executor_.reset();  // its memory is neither the old plan's nor the new one's
+        begin_with(plan_like(*choices_, largest_.graph));
+        throw;
+    }
+    plan_ = std::move(next);
+    const auto rescaled = [](float jitter, int to, int from) { return jitter * static_cast<float>(to) / from; };
+    const Size to = sized.sizes.render, from = sizes_.render;
+    previous_jitter_ = {rescaled(previous_jitter_.x, to.width, from.width),
+                        rescaled(previous_jitter_.y, to.height, from.height)};
+    sizes_ = sized.sizes;
+    scale_ = sized.scale;
 }
 
 runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool without_history) const {
@@ -35,8 +96,9 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
         constants.jitter_change_x = previous_jitter_.x - frame.jitter.x;
         constants.jitter_change_y = previous_jitter_.y - frame.jitter.y;
     }
-    constants.motion_scale_x = options_.motion.scale.x;
-    constants.motion_scale_y = options_.motion.scale.y;
+    const Vec2 motion_scale = frame.motion_scale.value_or(options_.motion.scale);
+    constants.motion_scale_x = motion_scale.x;
+    constants.motion_scale_y = motion_scale.y;
     if (options_.depth.projective) {
         const bool infinite = std::isinf(frame.far_plane);
         constants.depth_numerator =
@@ -54,15 +116,6 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
     return constants;
 }
 
-MemoryRequirements Stream::memory_requirements() const {
-    MemoryRequirements requirements;
-    requirements.weights = plan_->weight_bytes;
-    requirements.arena = plan_->memory.bytes;
-    requirements.peak_live_bytes = plan_->memory.peak_live_bytes;
-    requirements.staging = runtime::Executor::staging_bytes(*plan_, options_);
-    return requirements;
-}
-
 void Stream::prepare(const std::function<void(double)>& progress) {
     if (executor_) return;
     // Measuring takes the first half of the bar where there is any.
@@ -70,22 +123,29 @@ void Stream::prepare(const std::function<void(double)>& progress) {
     if (measures) {
         const double stages = static_cast<double>(plan_->stages.size());
         double measured = 0;
-        plan_with([&](const runtime::Problem& problem) {
+        begin_with(plan_of_largest([&](const runtime::Problem& problem) {
             if (progress) progress(0.5 * measured++ / stages);
             return tuner_.select(problem);
-        });
+        }));
     }
+    choices_.emplace(*plan_, device_.profile());
+    const std::unique_ptr<runtime::Plan> half = options_.dynamic_resolution ? plan_of_half() : nullptr;
     const double begin = measures ? 0.5 : 0;
-    executor_ = std::make_unique<runtime::Executor>(device_.context(), *plan_, options_, [&](double done) {
+    executor_ = std::make_unique<runtime::Executor>(device_.context(), *plan_, half.get(), options_, [&](double done) {
         if (progress) progress(begin + (1 - begin) * done);
     });
 }
 
 FrameEvent Stream::submit(const FrameDescription& frame) {
-    check_frame(frame, options_, sizes_, {needs_depth(), needs_motion()}, device_.context().context()());
+    const Size render = frame.render_size == Size{} ? largest_.sizes.render : frame.render_size;
+    std::optional<SizedGraph> other;
+    if (render != sizes_.render) other = built(render);
+    check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()},
+                device_.context().context()());
     prepare();
     const bool without_history = frame.reset || reset_;
     reset_ = true;  // where submit fails
+    if (other) change_size(*other, !without_history);
     const FrameEvent event(executor_->submit(frame, constants(frame, without_history)));
     reset_ = false;
     previous_jitter_ = frame.jitter;

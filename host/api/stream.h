@@ -2,31 +2,45 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "api/frame_checks.h"
 #include "clarus/upscaler.h"
 #include "graph/graph.h"
 #include "runtime/executor.h"
 #include "runtime/frame_constants.h"
+#include "runtime/kept_choices.h"
 #include "runtime/plan.h"
 #include "runtime/tuner.h"
 
 namespace clarus {
 
+/// What a stream computes of frames of one size.
+struct SizedGraph {
+    graph::Graph graph;
+    FrameSizes sizes;
+    double scale;  // of the graph's result over render resolution
+};
+
 /// A graph that runs on one stream of frames: what Upscaler and Interpolator have in common.
 class Stream {
   public:
-    /// Plans; allocates and compiles nothing yet. `scale` is output over render resolution. Errors: invalid_argument,
-    /// naming the option.
-    Stream(Device device, graph::Graph graph, FrameSizes sizes, double scale, UpscalerOptions options);
+    /// Makes the graph for frames of this render size. Errors: invalid_argument.
+    using Build = std::function<SizedGraph(Size render)>;
+
+    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument, naming the option; those of `build`.
+    Stream(Device device, Build build, Size render, UpscalerOptions options);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
-    const graph::Graph& graph() const { return graph_; }
-    const FrameSizes& sizes() const { return sizes_; }
+    /// Of frames of the largest size.
+    const graph::Graph& graph() const { return largest_.graph; }
+    const FrameSizes& sizes() const { return largest_.sizes; }
+    /// Of frames of this size. Errors: invalid_argument.
+    FrameSizes sizes(Size render) const;
     bool needs_depth() const { return plan_->ingest.depth.has_value(); }
     bool needs_motion() const { return plan_->ingest.motion.has_value(); }
-    MemoryRequirements memory_requirements() const;
+    const MemoryRequirements& memory_requirements() const { return memory_; }
 
     /// As Upscaler's.
     void prepare(const std::function<void(double)>& progress = {});
@@ -37,19 +51,30 @@ class Stream {
     std::vector<StageProfile> take_profile();
 
   private:
-    void plan_with(const std::function<runtime::Selection(const runtime::Problem&)>& select);
+    using Select = std::function<runtime::Selection(const runtime::Problem&)>;
+    std::unique_ptr<runtime::Plan> plan_of_largest(const Select& select) const;
+    /// A plan with the kernels of `choices`, where it has them.
+    std::unique_ptr<runtime::Plan> plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const;
+    std::unique_ptr<runtime::Plan> plan_of_half() const;
+    SizedGraph built(Size render) const;
+    /// Goes on with frames of another size.
+    void change_size(const SizedGraph& sized, bool keeps_history);
+    void begin_with(std::unique_ptr<runtime::Plan> plan_of_largest);
     runtime::FrameConstants constants(const FrameDescription& frame, bool without_history) const;
 
     Device device_;
-    FrameSizes sizes_;
-    double scale_;
+    Build build_;
     UpscalerOptions options_;
-    graph::Graph graph_;
+    SizedGraph largest_;
+    FrameSizes sizes_;  // of the last frame
+    double scale_;      // likewise
     runtime::Tuner tuner_;
-    std::unique_ptr<runtime::Plan> plan_;
+    std::unique_ptr<runtime::Plan> plan_;  // of frames of these sizes
+    MemoryRequirements memory_;
+    std::optional<runtime::KeptChoices> choices_;
     std::unique_ptr<runtime::Executor> executor_;
-    bool reset_ = true;  // the next frame starts without history
-    Vec2 previous_jitter_;
+    bool reset_ = true;     // the next frame starts without history
+    Vec2 previous_jitter_;  // in render pixels of the last frame
 };
 
 }  // namespace clarus

@@ -37,11 +37,19 @@ struct Upscaler::State {
     Model model;
     Stream stream;
 
-    /// `own` is the size of what the model makes, `output` that of what is shown.
-    State(Device device, Model used_model, Size render, Size own, Size output, UpscalerOptions options)
+    State(Device device, Model used_model, Size render_size, const UpscalerOptions& options)
         : model(std::move(used_model)),
-          stream(std::move(device), with_effects(build_graph(model, render, own, options), output, options),
-                 {.color = render, .render = render, .output = output}, model.scale(), options) {}
+          stream(
+              std::move(device), [this, options](Size render) { return build(render, options); }, render_size,
+              options) {}
+
+    SizedGraph build(Size render, const UpscalerOptions& options) const {
+        const auto [scale, own] = model_sizes(model, render, options.output_size);
+        const Size output = shown_size(own, options.output_size);
+        return {with_effects(build_graph(model, render, own, options, scale), output, options),
+                {.color = render, .render = render, .output = output},
+                scale};
+    }
 
     /// Only now is the largest distance of the run known.
     ~State() {
@@ -55,9 +63,7 @@ struct Upscaler::State {
 };
 
 Upscaler::Upscaler(Device device, Model model, Size render_size, UpscalerOptions options) {
-    const Size own = clarus::output_size(render_size, model.scale());
-    const Size output = shown_size(own, options.output_size);
-    state_ = std::make_unique<State>(std::move(device), std::move(model), render_size, own, output, std::move(options));
+    state_ = std::make_unique<State>(std::move(device), std::move(model), render_size, options);
 }
 Upscaler::~Upscaler() = default;
 Upscaler::Upscaler(Upscaler&&) noexcept = default;
@@ -65,6 +71,7 @@ Upscaler& Upscaler::operator=(Upscaler&&) noexcept = default;
 
 Size Upscaler::render_size() const { return state_->stream.sizes().render; }
 Size Upscaler::output_size() const { return state_->stream.sizes().output; }
+Size Upscaler::output_size(Size render_size) const { return state_->stream.sizes(render_size).output; }
 
 bool Upscaler::needs_depth() const { return state_->stream.needs_depth(); }
 bool Upscaler::needs_motion() const { return state_->stream.needs_motion(); }

@@ -14,9 +14,15 @@ constexpr size_t tight_pitch(Size size, const ImageFormat& format) {
 }
 constexpr size_t tight_bytes(Size size, const ImageFormat& format) { return tight_pitch(size, format) * size.height; }
 
-/// Bytes from row to row of an image of this format.
+/// Bytes from row to row of an image of this format, or of the larger one that it is a part of.
 constexpr size_t row_pitch(const Image& image, const ImageFormat& format) {
     return image.row_pitch ? image.row_pitch : tight_pitch(image.size, format);
+}
+
+/// Bytes from where the larger image begins, in its buffer or host memory, to the first pixel.
+constexpr size_t first_byte(const Image& image, const ImageFormat& format) {
+    return image.offset + image.origin.y * row_pitch(image, format) +
+           image.origin.x * bytes_of(format.type) * format.channels;
 }
 
 }  // namespace clarus

@@ -174,8 +174,8 @@ class Planner {
 
 int band_granule(const DeviceProfile& profile) { return wants_many_work_items(profile) ? 8 : 4; }
 
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile) {
-    std::vector<BandedNodes> result;
+BandPlan plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile, const std::vector<BandChoice>& choices) {
+    BandPlan result;
     const Value end = static_cast<Value>(plan.graph.nodes.size());
     const auto large = static_cast<double>(large_on(profile));
     const graph::Shape& output = plan.graph.shape(plan.graph.output);
@@ -187,8 +187,13 @@ std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProf
         while (last + 1 < end && is_part(last + 1)) ++last;
         Planner planner(plan, first, last, band_granule(profile));
         const auto inner = static_cast<double>(planner.inner_bytes());
-        if (rows > 0 || inner * enlargement > large) planner.expect_rings();
-        if (rows > 0 || inner > large) result.push_back(planner.run(rows > 0 ? rows : kRows));
+        const size_t index = result.choices.size();
+        const BandChoice choice = index < choices.size()
+                                      ? choices[index]
+                                      : BandChoice{rows > 0 || inner > large, rows > 0 || inner * enlargement > large};
+        if (choice.for_rings) planner.expect_rings();
+        if (choice.in_bands) result.banded.push_back(planner.run(rows > 0 ? rows : kRows));
+        result.choices.push_back(choice);
         first = last;
     }
     return result;

@@ -25,8 +25,21 @@ struct BandedNodes {
 /// the less is kept of small images.
 int band_granule(const DeviceProfile& profile);
 
+/// How neighbouring nodes that could work on bands do: whether in bands, and whether their kernels are compiled for
+/// rings of rows. Both where there are bands; the latter alone where there would be some at 4K.
+struct BandChoice {
+    bool in_bands = false, for_rings = false;
+};
+
+struct BandPlan {
+    std::vector<BandedNodes> banded;
+    std::vector<BandChoice> choices;  // of all neighbouring nodes that could, in their order
+};
+
 /// Finds nodes whose images would be large on the device and makes them work on bands of `rows` rows of their largest
-/// image, rounded up; for 0, of the built-in number. Lays out rings in `plan`.
-std::vector<BandedNodes> plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile);
+/// image, rounded up; for 0, of the built-in number. Lays out rings in `plan`. `choices`: in place of what the sizes
+/// say, those of a plan of the same network at another size.
+BandPlan plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile,
+                    const std::vector<BandChoice>& choices = {});
 
 }  // namespace clarus::runtime

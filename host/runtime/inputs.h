@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "clarus/upscaler.h"
@@ -12,6 +13,11 @@ struct IngestProblem {
     std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale;
     const UpscalerOptions* options = nullptr;  // formats, colour space, encodings
 };
+
+/// What ingest writes, in the order of its arguments of kind `input`.
+inline std::array<const std::optional<TensorLayout>*, 6> destinations(const IngestProblem& problem) {
+    return {&problem.color, &problem.depth, &problem.motion, &problem.jitter_x, &problem.jitter_y, &problem.scale};
+}
 
 /// One kernel that reads the caller's images and writes colour, depth, motion and the planes of the jitter and the
 /// scale in their canonical form (conventions.md), counting invalid motion vectors. Its arguments of kind `input` are

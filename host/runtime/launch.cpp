@@ -44,12 +44,14 @@ std::string program_key(const KernelCall& call) {
     return fmt::format("{} {}\n{}", call.file, program_options(call), call.source);
 }
 
-Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls) {
+Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls) { add(context, calls); }
+
+void Kernels::add(ocl::Context& context, const std::vector<const KernelCall*>& calls) {
     std::vector<std::string> keys, files, options;
     std::vector<const KernelCall*> different;
     for (const KernelCall* call : calls) {
         std::string key = program_key(*call);
-        if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+        if (places_.contains(key) || std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
         keys.push_back(std::move(key));
         files.push_back(call->source.empty() ? call->file + ".cl" : call->file);
         options.push_back(program_options(*call));
@@ -63,6 +65,7 @@ Kernels::Kernels(ocl::Context& context, const std::vector<const KernelCall*>& ca
     const auto compile_each = [&] {
         for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {context.program({&units[i], 1}), 0};
     };
+    if (units.empty()) return;
     // Oclgrind takes the local memory of all kernels of a program to be each one's.
     if (units.size() <= 1 || context.profile().simulator) {
         compile_each();

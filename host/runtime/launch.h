@@ -35,6 +35,9 @@ class Kernels {
     /// Errors: build, of the first call alone that does not compile.
     Kernels(ocl::Context& context, const std::vector<const KernelCall*>& calls);
 
+    /// Compiles those of the calls that are not among them yet, as one program. Errors as above.
+    void add(ocl::Context& context, const std::vector<const KernelCall*>& calls);
+
     /// A new kernel `entry` of the file of one of the calls.
     cl::Kernel create(const KernelCall& call, const std::string& entry) const;
 

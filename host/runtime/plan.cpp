@@ -7,7 +7,6 @@
 
 #include "base/rounding.h"
 #include "graph/passes.h"
-#include "runtime/bands.h"
 #include "runtime/weights.h"
 
 namespace clarus::runtime {
@@ -105,12 +104,14 @@ std::map<int, Lowered> Plan::convolutions() const {
 }
 
 std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
-                                const std::function<Selection(const Problem&)>& select) {
+                                const std::function<Selection(const Problem&)>& select,
+                                const std::vector<BandChoice>& bands) {
     auto plan = std::make_unique<Plan>();
     const graph::Graph fused =
         graph::fuse_pointwise(graph::fuse_convolution_inputs(graph::remove_unused(graph, options.views)));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
-    const std::vector<BandedNodes> banded = plan_bands(plan->layout, options.band_rows, profile);
+    const auto [banded, band_choices] = plan_bands(plan->layout, options.band_rows, profile, bands);
+    plan->band_choices = band_choices;
     check_sizes(plan->layout);
     plan->memory = plan_memory(plan->layout, profile.memory_alignment, banded);
     plan->ingest = ingest_problem(plan->layout, options);

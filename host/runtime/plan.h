@@ -8,6 +8,7 @@
 
 #include "clarus/upscaler.h"
 #include "graph/graph.h"
+#include "runtime/bands.h"
 #include "runtime/implementation.h"
 #include "runtime/inputs.h"
 #include "runtime/layout.h"
@@ -40,13 +41,15 @@ struct Plan {
     std::vector<PlannedStage> stages;
     std::vector<StageRows> launches;  // in this order
     size_t weight_bytes = 0;
+    std::vector<BandChoice> band_choices;
 
     std::map<int, Lowered> convolutions() const;  // by index into layout.graph.parameters
 };
 
 /// Fuses, lays out, places and chooses kernels. `select` chooses an operator's kernel. Views that `options` does not
-/// name are not kept.
+/// name are not kept. `bands`: the band_choices of a plan of the same network at another size, to work as it does.
 std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
-                                const std::function<Selection(const Problem&)>& select);
+                                const std::function<Selection(const Problem&)>& select,
+                                const std::vector<BandChoice>& bands = {});
 
 }  // namespace clarus::runtime

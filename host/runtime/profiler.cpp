@@ -9,13 +9,21 @@
 namespace clarus::runtime {
 
 int Profiler::add_stage(std::string name, std::string kernel, double operations, double bytes) {
+    for (int stage = 0; stage < static_cast<int>(stages_.size()); ++stage) {
+        const StageProfile& known = stages_[stage].profile;
+        if (known.name != name || known.kernel != kernel) continue;
+        if (std::find(declared_.begin(), declared_.end(), stage) != declared_.end()) continue;
+        declared_.push_back(stage);
+        return stage;
+    }
     Stage stage;
     stage.profile.name = std::move(name);
     stage.profile.kernel = std::move(kernel);
     stage.profile.operations = operations;
     stage.profile.bytes = bytes;
     stages_.push_back(std::move(stage));
-    return static_cast<int>(stages_.size()) - 1;
+    declared_.push_back(static_cast<int>(stages_.size()) - 1);
+    return declared_.back();
 }
 
 cl::Event* Profiler::event(int stage) {

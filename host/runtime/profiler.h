@@ -14,7 +14,11 @@ class Profiler {
   public:
     explicit Profiler(bool enabled) : enabled_(enabled) {}
 
-    /// Declares a stage; the returned number names it.
+    /// The stages to come are those of the same frames at another size, in the same order.
+    void begin_stages() { declared_.clear(); }
+
+    /// Declares a stage; the returned number names it. That of the same name and kernel, or the first, second, … of
+    /// several, goes on after begin_stages(), with the operations and bytes that it had.
     int add_stage(std::string name, std::string kernel, double operations, double bytes);
 
     /// What is launched from now on belongs to the next frame.
@@ -35,6 +39,7 @@ class Profiler {
     bool enabled_;
     int frame_ = -1;  // since the last take
     std::vector<Stage> stages_;
+    std::vector<int> declared_;  // since begin_stages
 };
 
 }  // namespace clarus::runtime

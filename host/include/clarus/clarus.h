@@ -64,6 +64,7 @@ typedef struct clarus_options {
     const clarus_pipeline_option* pipeline_options;
     size_t pipeline_option_count;
     int output_width, output_height; /* 0: the render size times the model's scale; set both or neither */
+    int dynamic_resolution;          /* 1: frames may be rendered smaller, see clarus_frame */
 } clarus_options;
 
 typedef struct clarus_option_description {
@@ -78,6 +79,7 @@ typedef struct clarus_image {
     cl_mem buffer;
     size_t offset, row_pitch;
     int width, height;
+    int origin_x, origin_y; /* within a larger image, of which row_pitch is */
 } clarus_image;
 
 typedef struct clarus_frame {
@@ -87,6 +89,8 @@ typedef struct clarus_frame {
     float near_plane, far_plane;
     int reset;
     clarus_image output;
+    int render_width, render_height;      /* of this frame; 0: the upscaler's */
+    float motion_scale_x, motion_scale_y; /* of this frame; 0, 0: the options' */
     const cl_event* wait_for;
     size_t wait_for_count;
 } clarus_frame;
@@ -123,6 +127,9 @@ clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_m
 void clarus_upscaler_release(clarus_upscaler* upscaler);
 
 void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, int* height);
+/* Of a frame rendered at this size. */
+clarus_status clarus_upscaler_output_size_of(const clarus_upscaler* upscaler, int render_width, int render_height,
+                                             int* width, int* height);
 clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler);
 clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler);
 

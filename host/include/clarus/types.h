@@ -13,6 +13,13 @@ struct Size {
     friend bool operator==(const Size&, const Size&) = default;
 };
 
+/// A pixel's place: columns from the left, rows from the top.
+struct Position {
+    int x = 0;
+    int y = 0;
+    friend bool operator==(const Position&, const Position&) = default;
+};
+
 struct Vec2 {
     float x = 0;
     float y = 0;
@@ -31,11 +38,12 @@ struct ImageFormat {
 /// An image in host memory or in a buffer object; exactly one of `host` and `buffer` is set. Its format is that of the
 /// upscaler's options.
 struct Image {
-    void* host = nullptr;     // first pixel; only read where the image is an input
+    void* host = nullptr;     // first pixel, at origin {0, 0}; only read where the image is an input
     cl_mem buffer = nullptr;  // an OpenCL buffer (not an image object) of the upscaler's context
     size_t offset = 0;        // bytes from the start of `buffer` to the first pixel
     size_t row_pitch = 0;     // bytes from row to row; 0 where rows follow each other without a gap
     Size size;                // pixels
+    Position origin{};        // where the image begins within a larger one that `row_pitch` is of, in pixels
 
     bool empty() const { return !host && !buffer; }
 };

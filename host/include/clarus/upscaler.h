@@ -54,6 +54,9 @@ struct StreamOptions {
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
     bool profile = false;                            // time every stage with device events
+    /// Whether frames may be rendered smaller than the render size (FrameDescription::render_size). Takes memory for a
+    /// copy of the history.
+    bool dynamic_resolution = false;
 };
 
 struct UpscalerOptions : StreamOptions {
@@ -61,7 +64,8 @@ struct UpscalerOptions : StreamOptions {
     /// that little of those images is there at a time: fewer rows take less memory and more launches. 0: 32, where
     /// whole images would be large for the device.
     int band_rows = 0;
-    /// Of the output, in pixels, from 1 to 2^15 a side; where not set, the render size times the model's scale. Where
+    /// Of the output, in pixels, from 1 to 2^15 a side; where not set, each frame's render size times the model's
+    /// scale. Where
     /// it is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a bicubic filter
     /// without overshoot, at most four times, or reduced to the mean of what each pixel covers, at most to a quarter.
     /// What the model keeps for later frames stays as it is.
@@ -90,10 +94,17 @@ struct FrameParameters {
     std::optional<Camera> camera;
 };
 
-/// One frame. Inputs at render resolution, the output at output resolution. Host memory must stay valid until the
+/// One frame. Inputs at render resolution, the output at output resolution; each may be a part of a larger image
+/// (Image::origin). Host memory must stay valid until the
 /// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
 /// use (at present all of them).
 struct FrameDescription : FrameParameters {
+    /// Of this frame, where the resolution is dynamic: up to the upscaler's along each side; {0, 0} is that. A change
+    /// waits for nothing, compiles nothing and allocates nothing; the history is resampled and stays.
+    Size render_size;
+    /// In place of options.motion.scale, which is for vectors in pixels, or for uv vectors of the upscaler's render
+    /// size.
+    std::optional<Vec2> motion_scale;
     Image color;
     Image depth;   // may be empty where Upscaler::needs_depth() is false
     Image motion;  // likewise, needs_motion()
@@ -162,6 +173,8 @@ class Upscaler {
     Size render_size() const;
     /// UpscalerOptions::output_size, or else the render size times the model's scale, sides rounded to the nearest.
     Size output_size() const;
+    /// Of a frame's. Errors: invalid_argument where it is larger than the upscaler's, or too small for the output size.
+    Size output_size(Size render_size) const;
 
     /// Whether frames must bring depth or motion: false for what looks at one frame's colour alone.
     bool needs_depth() const;

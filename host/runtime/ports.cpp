@@ -1,0 +1,150 @@
+#include "runtime/ports.h"
+
+#include <optional>
+
+#include "base/image_format.h"
+#include "cl/error.h"
+
+namespace clarus::runtime {
+namespace {
+
+using graph::Resource;
+
+constexpr std::array kResources{Resource::color, Resource::depth, Resource::motion};
+
+const ImageFormat& format_of(Resource resource, const UpscalerOptions& options) {
+    switch (resource) {
+        case Resource::color:
+            return options.color_format;
+        case Resource::depth:
+            return options.depth_format;
+        case Resource::motion:
+            break;
+    }
+    return options.motion_format;
+}
+
+const std::optional<TensorLayout>& layout_of(Resource resource, const IngestProblem& problem) {
+    switch (resource) {
+        case Resource::color:
+            return problem.color;
+        case Resource::depth:
+            return problem.depth;
+        case Resource::motion:
+            break;
+    }
+    return problem.motion;
+}
+
+Size size_of(const TensorLayout& layout) { return {layout.width, layout.height}; }
+
+const TensorLayout& output_of(const Plan& plan) { return plan.layout.layouts[plan.layout.graph.output]; }
+
+size_t input_bytes(Resource resource, const Plan& plan, const UpscalerOptions& options) {
+    const std::optional<TensorLayout>& layout = layout_of(resource, plan.ingest);
+    return layout ? tight_bytes(size_of(*layout), format_of(resource, options)) : 0;
+}
+
+size_t output_bytes(const Plan& plan, const UpscalerOptions& options) {
+    return tight_bytes(size_of(output_of(plan)), options.output_format);
+}
+
+cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
+    return {{static_cast<cl_uint>(offset), static_cast<cl_uint>(pitch)}};
+}
+
+double tensor_bytes(const TensorLayout& layout) {
+    return static_cast<double>(layout.width) * layout.height * layout.channels * bytes_of(layout.storage);
+}
+
+}  // namespace
+
+Ports::Ports(ocl::Context& context, const Plan& plan, const UpscalerOptions& options, Profiler& profiler)
+    : context_(context), options_(options), profiler_(profiler), output_bytes_(output_bytes(plan, options)) {
+    for (const Resource resource : kResources)
+        input_bytes_[static_cast<int>(resource)] = input_bytes(resource, plan, options);
+}
+
+void Ports::add_stages() {
+    upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
+    read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
+}
+
+void Ports::bind_inputs(const FrameDescription& frame, const IngestProblem& problem, Bindings& ingest) {
+    if (problem.color) bind_input(Resource::color, frame.color, ingest);
+    if (problem.depth) bind_input(Resource::depth, frame.depth, ingest);
+    if (problem.motion) bind_input(Resource::motion, frame.motion, ingest);
+}
+
+void Ports::bind_input(Resource resource, const Image& image, Bindings& ingest) {
+    const ImageFormat& format = format_of(resource, options_);
+    const int index = static_cast<int>(resource);
+    if (image.buffer) {
+        ingest.resources[index] = cl::Buffer(image.buffer, true);
+        ingest.resource_offsets[index] = offset_and_pitch(first_byte(image, format), row_pitch(image, format));
+        return;
+    }
+    if (!inputs_[index]()) inputs_[index] = cl::Buffer(context_.context(), CL_MEM_READ_ONLY, input_bytes_[index]);
+    const size_t tight = tight_pitch(image.size, format), rows = image.size.height;
+    const auto* pixels = static_cast<const std::byte*>(image.host) + first_byte(image, format);
+    context_.queue().enqueueWriteBufferRect(inputs_[index], CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
+                                            row_pitch(image, format), 0, pixels, nullptr,
+                                            profiler_.event(upload_stage_));
+    ingest.resources[index] = inputs_[index];
+    ingest.resource_offsets[index] = offset_and_pitch(0, tight);
+}
+
+void Ports::bind_output(const Image& image, Bindings& present) {
+    const ImageFormat& format = options_.output_format;
+    if (image.buffer) {
+        present.target = cl::Buffer(image.buffer, true);
+        present.target_offset = offset_and_pitch(first_byte(image, format), row_pitch(image, format));
+        return;
+    }
+    if (!output_()) output_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, output_bytes_);
+    present.target = output_;
+    present.target_offset = offset_and_pitch(0, tight_pitch(image.size, format));
+}
+
+void Ports::read_back(const Image& image) {
+    if (image.buffer) return;
+    const ImageFormat& format = options_.output_format;
+    const size_t tight = tight_pitch(image.size, format), rows = image.size.height;
+    auto* pixels = static_cast<std::byte*>(image.host) + first_byte(image, format);
+    context_.queue().enqueueReadBufferRect(output_, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
+                                           row_pitch(image, format), 0, pixels, nullptr,
+                                           profiler_.event(read_back_stage_));
+}
+
+void Ports::stand_in(const Plan& plan, Bindings& ingest, Bindings& present) const {
+    const auto zeroed = [&](size_t bytes) {
+        const cl::Buffer buffer(context_.context(), CL_MEM_READ_WRITE, bytes);
+        context_.queue().enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+        return buffer;
+    };
+    for (const Resource resource : kResources)
+        if (const size_t bytes = input_bytes(resource, plan, options_))
+            ingest.resources[static_cast<int>(resource)] = zeroed(bytes);
+    present.target = zeroed(output_bytes(plan, options_));
+    present.target_offset = offset_and_pitch(0, tight_pitch(size_of(output_of(plan)), options_.output_format));
+}
+
+size_t Ports::bytes(const Plan& plan, const UpscalerOptions& options) {
+    size_t bytes = output_bytes(plan, options);
+    for (const Resource resource : kResources) bytes += input_bytes(resource, plan, options);
+    return bytes;
+}
+
+double ingest_bytes(const Plan& plan, const UpscalerOptions& options) {
+    double bytes = 0;
+    for (const Resource resource : kResources) bytes += static_cast<double>(input_bytes(resource, plan, options));
+    for (const auto* written : destinations(plan.ingest))
+        if (*written) bytes += tensor_bytes(**written);
+    return bytes;
+}
+
+double present_bytes(const Plan& plan, const UpscalerOptions& options) {
+    return tensor_bytes(output_of(plan)) + static_cast<double>(output_bytes(plan, options));
+}
+
+}  // namespace clarus::runtime

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+
+#include "cl/context.h"
+#include "clarus/upscaler.h"
+#include "runtime/launch.h"
+#include "runtime/plan.h"
+#include "runtime/profiler.h"
+
+namespace clarus::runtime {
+
+/// Where a frame's images come from and go to: the caller's buffers, or copies of host images on the device.
+class Ports {
+  public:
+    /// Copies are made as large as `plan` needs them, when they are first needed. `options` outlives the ports.
+    Ports(ocl::Context& context, const Plan& plan, const UpscalerOptions& options, Profiler& profiler);
+
+    /// Declares the copies to the profiler.
+    void add_stages();
+
+    /// Points `ingest` to the frame's images, of the plan's sizes; what lies on the host is on its way to the device.
+    void bind_inputs(const FrameDescription& frame, const IngestProblem& problem, Bindings& ingest);
+
+    /// Points `present` to the frame's output.
+    void bind_output(const Image& image, Bindings& present);
+    /// Copies what was presented to the host, where the output is there.
+    void read_back(const Image& image);
+
+    /// Points them to images of the ports' own, for a frame that nobody sees.
+    void stand_in(const Plan& plan, Bindings& ingest, Bindings& present) const;
+
+    /// Bytes of the copies, were all images on the host.
+    static size_t bytes(const Plan& plan, const UpscalerOptions& options);
+
+  private:
+    void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
+
+    ocl::Context& context_;
+    const UpscalerOptions& options_;
+    Profiler& profiler_;
+    int upload_stage_ = -1, read_back_stage_ = -1;
+    std::array<size_t, 3> input_bytes_;  // of copies, by graph::Resource
+    size_t output_bytes_;
+    std::array<cl::Buffer, 3> inputs_;
+    cl::Buffer output_;
+};
+
+/// A frame's bytes that ingest reads and writes, and that present does.
+double ingest_bytes(const Plan& plan, const UpscalerOptions& options);
+double present_bytes(const Plan& plan, const UpscalerOptions& options);
+
+}  // namespace clarus::runtime

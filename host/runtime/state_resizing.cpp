@@ -1,0 +1,84 @@
+#include "runtime/state_resizing.h"
+
+#include <utility>
+
+#include "cl/error.h"
+#include "runtime/implementations/lowering.h"
+
+namespace clarus::runtime {
+namespace {
+
+/// The pixels that are stored of a state, as an image of their own.
+TensorLayout stored(const TensorLayout& state) {
+    TensorLayout image = state;
+    image.width /= state.samples;
+    image.height /= state.samples;
+    image.samples = 1;
+    image.tiled = image.previous_samples = false;
+    return image;
+}
+
+const TensorLayout& layout_of(const Plan& plan, size_t state) {
+    return plan.layout.layouts[plan.layout.graph.states[state].previous];
+}
+
+KernelCall resize(const TensorLayout& from, const TensorLayout& to) {
+    KernelCall call;
+    call.file = call.entry = "resize_state";
+    add_images(call, {{"IN", stored(from)}, {"OUT", stored(to)}});
+    call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
+    call.global = pixels(stored(to));
+    call.local = {16, 4};
+    return call;
+}
+
+size_t bytes_of_state(const Plan& plan, size_t state) {
+    return plan.memory.places[layout_of(plan, state).memory].bytes;
+}
+
+}  // namespace
+
+std::vector<KernelCall> state_resizing(const Plan& plan) {
+    std::vector<KernelCall> calls;
+    for (size_t state = 0; state < plan.layout.graph.states.size(); ++state)
+        calls.push_back(resize(layout_of(plan, state), layout_of(plan, state)));
+    return calls;
+}
+
+StateResizing::StateResizing(ocl::Context& context, const Kernels& kernels, const Plan& largest)
+    : context_(context), kernels_(kernels) {
+    ocl::checked("allocate room for another size's history", [&] {
+        for (size_t state = 0; state < largest.layout.graph.states.size(); ++state)
+            saved_.emplace_back(context.context(), CL_MEM_READ_WRITE, bytes_of_state(largest, state));
+        for (const cl::Buffer& state : saved_)
+            context.queue().enqueueFillBuffer(state, cl_uchar(0), 0, state.getInfo<CL_MEM_SIZE>());
+    });
+}
+
+void StateResizing::save(const Plan& plan, const Arena& arena) {
+    ocl::checked("save the history", [&] {
+        for (size_t state = 0; state < saved_.size(); ++state) {
+            const int memory = plan.layout.layouts[plan.layout.graph.states[state].next].memory;
+            context_.queue().enqueueCopyBuffer(arena.memory(memory), saved_[state], 0, 0, bytes_of_state(plan, state));
+        }
+    });
+}
+
+void StateResizing::restore(const Plan& from, const Plan& to, const Arena& arena) {
+    for (size_t state = 0; state < saved_.size(); ++state) {
+        Launch launch(kernels_, resize(layout_of(from, state), layout_of(to, state)));
+        Bindings bindings;
+        bindings.inputs = {saved_[state]};
+        bindings.output = arena.memory_next_frame(layout_of(to, state).memory);
+        launch.bind(bindings);
+        launch.enqueue(context_.queue());
+    }
+}
+
+size_t StateResizing::bytes(const Plan& largest) {
+    size_t bytes = 0;
+    for (size_t state = 0; state < largest.layout.graph.states.size(); ++state) bytes += bytes_of_state(largest, state);
+    return bytes;
+}
+
+}  // namespace clarus::runtime
