@@ -363,6 +363,27 @@ TEST_CASE("a sequence's references may have the output size that it says") {
     CHECK(io::read_image_header(place.output() / "0001.png").size == Size{36, 24});
 }
 
+TEST_CASE("upscale takes a sequence whose resolution changes, to one output size") {
+    const Workplace place;
+    const Size size{18, 12};
+    json description = place.description();
+    json& changed = description["frames"][2];
+    changed["render_size"] = {size.width, size.height};
+    place.describe(description);
+    check_refused(place, place.upscale(network), "24x16 pixels where the sequence has 18x12 for colour");
+    io::write_image(place.sequence() / std::string(changed["color"]), noise(size, 3, 0, 1, 1), io::SampleType::u8);
+    io::write_image(place.sequence() / std::string(changed["depth"]), noise(size, 1, 0, 1, 2), io::SampleType::f32);
+    io::write_image(place.sequence() / std::string(changed["motion"]), noise(size, 2, -2, 2, 3), io::SampleType::f32);
+    for (const std::string& model : {network, std::string("bicubic")}) {
+        const Outcome outcome = place.upscale(model, {"--frame-rate", "x2"});
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        CHECK(contains(outcome.out, "PSNR"));
+        for (const auto& file : place.outputs())
+            CHECK(io::read_image_header(place.output() / file).size == output_size);
+        fs::remove_all(place.output());
+    }
+}
+
 TEST_CASE("every filter is a model") {
     const Workplace place;
     for (const char* filter : {"nearest", "lanczos", "fsr1", "fsr2"}) {

@@ -281,8 +281,29 @@ TEST_CASE("a sequence may say what its output size is") {
     CHECK(message_with("/output_size", {1920, 0}) == Contains("output_size[1] must be a whole number from 1"));
 }
 
+TEST_CASE("a frame may have been rendered smaller than the sequence says") {
+    json text = description();
+    text["frames"][1]["render_size"] = {480, 405};
+    const Sequence sequence = Description(text.dump()).read();
+    CHECK(sequence.is_dynamic());
+    CHECK(sequence.render_size_of(sequence.frames[0]) == Size{960, 540});
+    CHECK(sequence.render_size_of(sequence.frames[1]) == Size{480, 405});
+    CHECK(sequence.output_size() == Size{1920, 1080});
+    // uv, from the previous frame, y up.
+    CHECK(sequence.motion_scale(sequence.frames[0]) == Vec2{-960, 540});
+    CHECK(sequence.motion_scale(sequence.frames[1]) == Vec2{-480, 405});
+    CHECK(sequence.motion_encoding().scale == Vec2{-960, 540});
+    CHECK_FALSE(Description(description().dump()).read().is_dynamic());
+    CHECK(message_with("/frames/1/render_size", {961, 540}) ==
+          Contains("frames[1].render_size must be at most the sequence's render_size, 960x540"));
+    CHECK(message_with("/frames/1/render_size", {0, 540}) ==
+          Contains("frames[1].render_size[0] must be a whole number"));
+    CHECK(message_with("/frames/1/render_size", 2) == Contains("frames[1].render_size must be a list of 2"));
+}
+
 TEST_CASE("a sequence that is written reads as it was") {
     json text = description();
+    text["frames"][2]["render_size"] = {480, 270};
     text["output_size"] = {1440, 900};
     text["color_space"] = "linear";
     text["depth"] = {{"encoding", "projective"}, {"reversed", true}, {"near", 0.1}, {"far", nullptr}};

@@ -101,6 +101,21 @@ TEST_CASE("clarus render takes every Nth frame, with the motion between those ta
     CHECK_THROWS_WITH_AS(studio.render("none", {"--frame-step", "0"}), Contains("--frame-step"), Error);
 }
 
+TEST_CASE("clarus render makes a sequence whose resolution goes down and up again") {
+    const Studio studio;
+    studio.render("sequence", {"--frames", "4", "--dynamic-resolution", "0.5"});
+    const io::Sequence sequence = studio.read("sequence");
+    const std::vector<Size> sizes{{24, 16}, {18, 12}, {12, 8}, {18, 12}};
+    REQUIRE(sequence.frames.size() == sizes.size());
+    for (size_t i = 0; i < sizes.size(); ++i) {
+        const io::FrameFiles& frame = sequence.frames[i];
+        CHECK(sequence.render_size_of(frame) == sizes[i]);
+        for (const auto& file : {frame.color, frame.depth, frame.motion})
+            CHECK(io::read_image_header(file).size == sizes[i]);
+        CHECK(io::read_image_header(frame.reference).size == Size{48, 32});
+    }
+}
+
 TEST_CASE("clarus render has the demo built in") {
     const Studio studio;
     studio.render("demo", {"--scene", "demo", "--frames", "1", "--no-reference"});
@@ -204,6 +219,12 @@ TEST_CASE("clarus render refuses bad input before it makes anything") {
     refused("--depth", "logarithmic", "--depth");
     for (const char* far : {"0.5", "1e7", "nan"}) refused("--far", far, "--far");
     refused("--frames", "0", "--frames");
+    for (const char* share : {"0", "0.05", "1.5", "nan"})
+        refused("--dynamic-resolution", share, "--dynamic-resolution");
+    CHECK_THROWS_WITH_AS(studio.render("sequence", {"--dynamic-resolution", "0.5", "--motion-jittered"}),
+                         Contains("--motion-jittered"), Error);
+    CHECK_THROWS_WITH_AS(studio.render("0002.json", {"--dynamic-resolution", "0.5", "--layout", "nss"}),
+                         Contains("--dynamic-resolution"), Error);
     refused("--first-frame", "-1", "--first-frame");
     refused("--path", "-1", "--path");
     refused("--threads", "-1", "--threads");

@@ -20,7 +20,7 @@ double scale_of(Size render, Size output) {
         fail(ErrorKind::invalid_argument, "output size {}x{} is smaller than the render size {}x{}", output.width,
              output.height, render.width, render.height);
     const double scale = static_cast<double>(output.width) / render.width;
-    if (std::abs(render.height * scale - output.height) > 1)  // which has been rounded, as the width may have been
+    if (std::abs(render.height * scale - output.height) > scale)  // sides are rounded
         fail(ErrorKind::invalid_argument, "output size {}x{} is not the render size {}x{} times one scale",
              output.width, output.height, render.width, render.height);
     if (static_cast<long long>(render.width) * render.height >= graph::kNoSource)

@@ -112,9 +112,11 @@ class FrameLoop {
         result.values.resize(static_cast<size_t>(result.size.width) * result.size.height * result.channels);
     }
 
-    static FrameDescription description(Slot& slot) {
+    FrameDescription description(Slot& slot) const {
         FrameDescription frame;
         static_cast<FrameParameters&>(frame) = *slot.files;
+        frame.render_size = sequence_.render_size_of(*slot.files);
+        frame.motion_scale = sequence_.motion_scale(*slot.files);
         frame.color = image(slot.input.color);
         frame.depth = image(slot.input.depth);
         frame.motion = image(slot.input.motion);

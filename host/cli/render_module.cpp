@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -30,7 +31,7 @@ struct Options {
     std::string scene = "demo", size = "480x270", jitter = "halton:16";
     std::string depth, motion_at;  // empty: as the layout has it
     io::Layout layout = io::Layout::native;
-    double scale = 2, far_plane = 250;
+    double scale = 2, far_plane = 250, dynamic_resolution = 1;
     int frames = 12, first_frame = 0, frame_step = 1, path = 1, samples = 1, reference_samples = 16, threads = 0;
     bool reversed = false, motion_jittered = false, no_reference = false, output_buffers = false;
     bool hdr = false, force = false;
@@ -99,6 +100,10 @@ io::Sequence sequence_of(const Options& options, const io::OutputLayout& layout)
         fail(ErrorKind::invalid_argument, "--motion-at \"{}\" is neither \"centre\" nor \"jittered\"",
              options.motion_at);
     }
+    if (!(options.dynamic_resolution >= 0.1 && options.dynamic_resolution <= 1))
+        fail(ErrorKind::invalid_argument, "--dynamic-resolution {} is not from 0.1 to 1", options.dynamic_resolution);
+    if (options.dynamic_resolution < 1 && options.motion_jittered)
+        fail(ErrorKind::invalid_argument, "--motion-jittered does not go with --dynamic-resolution");
     io::Sequence sequence;
     sequence.render_size = render_size(options.size);
     sequence.scale = options.scale;
@@ -119,6 +124,7 @@ io::Sequence sequence_of(const Options& options, const io::OutputLayout& layout)
     if (options.motion_at == "centre") refuse("--motion-at");
     if (options.motion_jittered && !sequence.motion.jittered) refuse("--motion-jittered");
     if (options.output_buffers) refuse("--output-buffers");
+    if (options.dynamic_resolution < 1) refuse("--dynamic-resolution");
     return sequence;
 }
 
@@ -158,6 +164,7 @@ nlohmann::ordered_json recipe_of(const Options& options, const io::Sequence& seq
             {"frames", options.frames},
             {"render_size", {sequence.render_size.width, sequence.render_size.height}},
             {"scale", sequence.scale},
+            {"dynamic_resolution", options.dynamic_resolution},
             {"jitter", options.jitter},
             {"samples", options.samples},
             {"reference_samples", options.no_reference ? 0 : options.reference_samples},
@@ -183,6 +190,14 @@ render::FrameState frame_state(const render::World& world, const Options& option
     return state;
 }
 
+/// Down to the smallest share of the sequence's render size in the middle of the sequence, and up again.
+Size frame_size(const Options& options, Size largest, int index) {
+    const double turn = 2 * std::numbers::pi * index / options.frames;
+    const double share = 1 - (1 - options.dynamic_resolution) * (1 - std::cos(turn)) / 2;
+    const auto side = [&](int whole) { return std::max(1, static_cast<int>(std::lround(whole * share))); };
+    return {side(largest.width), side(largest.height)};
+}
+
 void check_cuts(const render::World& world, const Options& options) {
     if (options.layout != io::Layout::qrisp) return;
     for (int i = 1; i < options.frames; ++i) {
@@ -196,7 +211,7 @@ void check_cuts(const render::World& world, const Options& options) {
 void run(const Options& options) {
     auto layout = io::output_layout(options.output, options.layout);
     const io::Sequence sequence = sequence_of(options, *layout);
-    const render::RenderSettings settings = settings_of(options, sequence);
+    render::RenderSettings settings = settings_of(options, sequence);
     const std::function<Vec2(int)> jitter = parse_jitter(options.jitter, options.scale);
     check_at_least("--frames", options.frames, 1);
     check_at_least("--frame-step", options.frame_step, 1);
@@ -213,6 +228,8 @@ void run(const Options& options) {
     for (int i = 0; i < options.frames; ++i) {
         const render::FrameState state = frame_state(world, options, i);
         io::FrameFiles frame;
+        settings.render_size = frame_size(options, sequence.render_size, i);
+        if (settings.render_size != sequence.render_size) frame.render_size = settings.render_size;
         frame.jitter = jitter(options.first_frame + i);
         frame.reset = state.cut;
         frame.near_plane = settings.near_plane;
@@ -243,6 +260,11 @@ void define(CLI::App* command) {
         ->capture_default_str();
     command->add_option("--size", options->size, "Render size")->type_name("WxH")->capture_default_str();
     command->add_option("--scale", options->scale, "Output size over render size: 1.5, 1.7, or 2 to 6")
+        ->capture_default_str();
+    command
+        ->add_option("--dynamic-resolution", options->dynamic_resolution,
+                     "The render size goes down to this share of --size along each side, and up again: 0.1 to 1")
+        ->type_name("SHARE")
         ->capture_default_str();
     command
         ->add_option(

@@ -82,6 +82,8 @@ Input read_input(const UpscaleOptions& options) {
     io::Sequence sequence = options.sequence.read(model.scale());
     std::optional<Size> output_size = options.output_size;
     if (!output_size && !options.scale) output_size = sequence.shown_size;
+    if (!output_size && sequence.is_dynamic())
+        output_size = scaled(sequence.render_size, options.scale.value_or(sequence.scale));
     if (!has_its_own) {
         const double usual = output_size ? scale_to(*output_size, sequence, model) : sequence.scale;
         model = Model::find(options.model, options.scale.value_or(usual));
@@ -118,6 +120,7 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     result.color_space = sequence.color_space;
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
+    result.dynamic_resolution = sequence.is_dynamic();
     result.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     return result;
 }

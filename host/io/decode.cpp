@@ -28,9 +28,10 @@ Pixels decode_depth(const Pixels& stored, const Sequence& sequence, const FrameF
     return canonical;
 }
 
-Pixels decode_motion(const Pixels& stored, const Sequence& sequence) {
-    const Vec2 scale = sequence.motion_encoding().scale;
-    const float longest = std::hypot(sequence.render_size.width, sequence.render_size.height);
+Pixels decode_motion(const Pixels& stored, const Sequence& sequence, const FrameFiles& frame) {
+    const Vec2 scale = sequence.motion_scale(frame);
+    const Size size = sequence.render_size_of(frame);
+    const float longest = std::hypot(size.width, size.height);
     Pixels canonical = stored;
     for (size_t i = 0; i + 1 < canonical.values.size(); i += 2) {
         float &x = canonical.values[i], &y = canonical.values[i + 1];

@@ -9,8 +9,8 @@ namespace clarus::io {
 /// device does with a model's input, for what is only measured with.
 Pixels decode_depth(const Pixels& stored, const Sequence& sequence, const FrameFiles& frame);
 
-/// Stored motion (two channels, of any size) without a jitter in its values as canonical motion, in render pixels; both
-/// components are NaN where a vector is invalid (conventions.md, "Motion").
-Pixels decode_motion(const Pixels& stored, const Sequence& sequence);
+/// Stored motion (two channels, of any size) without a jitter in its values as canonical motion, in the frame's render
+/// pixels; both components are NaN where a vector is invalid (conventions.md, "Motion").
+Pixels decode_motion(const Pixels& stored, const Sequence& sequence, const FrameFiles& frame);
 
 }  // namespace clarus::io

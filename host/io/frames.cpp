@@ -18,20 +18,24 @@ struct Expectation {
     const char* role;
 };
 
-Expectation color_of(const Sequence& sequence) { return {sequence.render_size, 3, "colour"}; }
-Expectation depth_of(const Sequence& sequence) {
-    const bool packed = sequence.depth_storage == DepthStorage::packed_rgba8;
-    return {sequence.render_size, packed ? 4 : 1, packed ? "packed depth" : "depth"};
+Expectation color_of(const Sequence& sequence, const FrameFiles& frame) {
+    return {sequence.render_size_of(frame), 3, "colour"};
 }
-Expectation motion_of(const Sequence& sequence) { return {sequence.render_size, 2, "motion"}; }
+Expectation depth_of(const Sequence& sequence, const FrameFiles& frame) {
+    const bool packed = sequence.depth_storage == DepthStorage::packed_rgba8;
+    return {sequence.render_size_of(frame), packed ? 4 : 1, packed ? "packed depth" : "depth"};
+}
+Expectation motion_of(const Sequence& sequence, const FrameFiles& frame) {
+    return {sequence.render_size_of(frame), 2, "motion"};
+}
 Expectation reference_of(const Sequence& sequence) { return {sequence.output_size(), 3, "the reference"}; }
 
-Expectation optional_of(const std::string& key, const Sequence& sequence) {
+Expectation optional_of(const std::string& key, const Sequence& sequence, const FrameFiles& frame) {
     if (key == "reference_depth") return {sequence.output_size(), 1, "the reference's depth"};
     if (key == "reference_motion") return {sequence.output_size(), 2, "the reference's motion"};
     if (key == "reference_aliased") return {sequence.output_size(), 3, "the aliased reference"};
-    if (key == "reactive" || key == "transparency") return {sequence.render_size, 1, "a mask"};
-    if (key == "opaque_color") return {sequence.render_size, 3, "colour without transparency"};
+    if (key == "reactive" || key == "transparency") return {sequence.render_size_of(frame), 1, "a mask"};
+    if (key == "opaque_color") return {sequence.render_size_of(frame), 3, "colour without transparency"};
     return {{}, 3, "what the display shows"};  // hudless_color, ui: render or display resolution
 }
 
@@ -63,22 +67,22 @@ void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motio
         if (lacks_depth || (needs_motion && frame.motion.empty()))
             fail(ErrorKind::file, "{}: frame {} has no {}, which the model needs", sequence.folder.string(), frame.name,
                  lacks_depth ? "depth" : "motion");
-        check_file(frame.color, color_of(sequence));
-        check_file(frame.depth, depth_of(sequence));
-        check_file(frame.motion, motion_of(sequence));
+        check_file(frame.color, color_of(sequence, frame));
+        check_file(frame.depth, depth_of(sequence, frame));
+        check_file(frame.motion, motion_of(sequence, frame));
         check_file(frame.reference, reference_of(sequence));
-        for (const auto& [key, path] : frame.optional) check_file(path, optional_of(key, sequence));
+        for (const auto& [key, path] : frame.optional) check_file(path, optional_of(key, sequence, frame));
     }
 }
 
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference) {
     const FrameFiles& files = sequence.frames.at(index);
     FramePixels pixels;
-    pixels.color = read_checked(files.color, color_of(sequence));
+    pixels.color = read_checked(files.color, color_of(sequence, files));
     if (want_motion) {
-        pixels.depth = read_checked(files.depth, depth_of(sequence));
+        pixels.depth = read_checked(files.depth, depth_of(sequence, files));
         if (sequence.depth_storage == DepthStorage::packed_rgba8) pixels.depth = unpack_depth(pixels.depth);
-        pixels.motion = read_checked(files.motion, motion_of(sequence));
+        pixels.motion = read_checked(files.motion, motion_of(sequence, files));
     }
     if (want_reference) pixels.reference = read_checked(files.reference, reference_of(sequence));
     return pixels;
@@ -88,16 +92,17 @@ std::optional<GroundTruth> read_ground_truth(const Sequence& sequence, size_t in
     const FrameFiles& files = sequence.frames.at(index);
     const auto read = [&](const char* key) {
         const auto file = files.optional.find(key);
-        return file == files.optional.end() ? Pixels{} : read_checked(file->second, optional_of(key, sequence));
+        return file == files.optional.end() ? Pixels{} : read_checked(file->second, optional_of(key, sequence, files));
     };
     GroundTruth truth{read("reference_depth"), read("reference_motion")};
     if (truth.depth.values.empty() || truth.motion.values.empty()) return std::nullopt;
     truth.depth = decode_depth(truth.depth, sequence, files);
-    truth.motion = decode_motion(truth.motion, sequence);
+    truth.motion = decode_motion(truth.motion, sequence, files);
     const auto [width, height] = sequence.output_size();
+    const Size render = sequence.render_size_of(files);
     for (size_t i = 0; i + 1 < truth.motion.values.size(); i += 2) {
-        truth.motion.values[i] *= static_cast<float>(width) / sequence.render_size.width;
-        truth.motion.values[i + 1] *= static_cast<float>(height) / sequence.render_size.height;
+        truth.motion.values[i] *= static_cast<float>(width) / render.width;
+        truth.motion.values[i + 1] *= static_cast<float>(height) / render.height;
     }
     return truth;
 }

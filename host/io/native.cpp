@@ -95,8 +95,17 @@ FrameDescription::Camera read_camera(const JsonNode& node) {
     return camera;
 }
 
-FrameFiles read_frame_files(const JsonNode& node, const Folder& folder) {
+/// `largest`: of the sequence.
+Size read_frame_size(const JsonNode& node, Size largest) {
+    const Size size = read_size(node);
+    if (size.width > largest.width || size.height > largest.height)
+        node.refuse(fmt::format("at most the sequence's render_size, {}x{}", largest.width, largest.height));
+    return size;
+}
+
+FrameFiles read_frame_files(const JsonNode& node, const Folder& folder, Size largest) {
     FrameFiles frame;
+    if (const auto size = node.find("render_size")) frame.render_size = read_frame_size(*size, largest);
     const auto optional_file = [&](const char* key) {
         const auto file = node.find(key);
         return file ? file_inside(*file, folder) : std::filesystem::path();
@@ -143,7 +152,8 @@ Sequence read_native(const std::filesystem::path& description) {
 
     const JsonNode frames = root["frames"];
     const Folder folder{sequence.folder, std::filesystem::canonical(sequence.folder)};
-    for (const JsonNode& frame : frames.items()) sequence.frames.push_back(read_frame_files(frame, folder));
+    for (const JsonNode& frame : frames.items())
+        sequence.frames.push_back(read_frame_files(frame, folder, sequence.render_size));
     if (sequence.frames.empty()) frames.refuse("a list of at least one frame");
     sequence.frames.front().reset = true;
     name_frames(sequence.frames);
@@ -183,6 +193,7 @@ Json describe_frame(const FrameFiles& frame, const std::filesystem::path& folder
     name("color", frame.color);
     name("depth", frame.depth);
     name("motion", frame.motion);
+    if (frame.render_size != Size{}) json["render_size"] = {frame.render_size.width, frame.render_size.height};
     json["jitter"] = {frame.jitter.x, frame.jitter.y};
     if (frame.reset) json["reset"] = true;
     if (frame.exposure != 1) json["exposure"] = frame.exposure;

@@ -1,5 +1,6 @@
 #include "io/sequence.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -24,13 +25,20 @@ Layout guess(const std::filesystem::path& path) {
 
 }  // namespace
 
+bool Sequence::is_dynamic() const {
+    return std::any_of(frames.begin(), frames.end(),
+                       [&](const FrameFiles& frame) { return render_size_of(frame) != render_size; });
+}
+
 MotionEncoding Sequence::motion_encoding() const {
+    return {.scale = motion_scale({}), .jittered = motion.jittered, .sampled_at_jitter = motion.sampled_at_jitter};
+}
+
+Vec2 Sequence::motion_scale(const FrameFiles& frame) const {
     const bool uv = motion.unit == MotionUnit::uv;
+    const Size size = render_size_of(frame);
     const float direction = motion.from_previous ? -1 : 1;
-    return {.scale = {direction * (uv ? render_size.width : 1),
-                      direction * (uv ? render_size.height : 1) * (motion.y_up ? -1 : 1)},
-            .jittered = motion.jittered,
-            .sampled_at_jitter = motion.sampled_at_jitter};
+    return {direction * (uv ? size.width : 1), direction * (uv ? size.height : 1) * (motion.y_up ? -1 : 1)};
 }
 
 double Sequence::output_scale() const {

@@ -28,6 +28,7 @@ struct MotionConvention {
 struct FrameFiles : FrameParameters {
     // Absolute or relative to the working directory; empty where the frame has none.
     std::filesystem::path color, depth, motion, reference;
+    Size render_size;  // where not the sequence's, which is the largest; else {0, 0}
     std::map<std::string, std::filesystem::path> optional;  // "reactive", "ui", … : formats.md
     std::string name;                                       // what the output is numbered by: "0000"
 };
@@ -46,12 +47,20 @@ struct Sequence {
     std::optional<Size> shown_size;  // of the display, where it is not render_size times scale
     std::vector<FrameFiles> frames;
 
+    /// Of a frame's inputs.
+    Size render_size_of(const FrameFiles& frame) const {
+        return frame.render_size == Size{} ? render_size : frame.render_size;
+    }
+    /// Whether frames are rendered at several sizes.
+    bool is_dynamic() const;
     /// Of the references.
     Size output_size() const { return shown_size.value_or(scaled(render_size, scale)); }
     /// Output pixels along a side of a render pixel; where its sides differ, the mean of both (geometric).
     double output_scale() const;
     /// The library's form of `motion`: scale in render pixels, flags.
     MotionEncoding motion_encoding() const;
+    /// Its scale for a frame, in the frame's render pixels.
+    Vec2 motion_scale(const FrameFiles& frame) const;
 };
 
 enum class Layout { guess, native, qrisp, nss };

@@ -101,6 +101,7 @@ io::FrameFiles SequenceWriter::files(size_t index) const {
 void SequenceWriter::add(const io::FrameFiles& description, const std::function<RenderedFrame()>& render) {
     const size_t index = sequence_.frames.size();
     io::FrameFiles frame = files(index);
+    frame.render_size = description.render_size;
     frame.jitter = description.jitter;
     frame.reset = description.reset || index == 0;
     frame.near_plane = description.near_plane;

@@ -18,8 +18,8 @@ float element_at(const std::vector<std::byte>& bytes, size_t index, Storage stor
     return reinterpret_cast<const float*>(bytes.data())[index];
 }
 
-std::vector<KernelCall> state_resizing_where(const Plan* other) {
-    return other ? state_resizing(*other) : std::vector<KernelCall>();
+std::vector<KernelCall> state_resizing_where(const Plan* other, const DeviceProfile& profile) {
+    return other ? state_resizing(*other, profile) : std::vector<KernelCall>();
 }
 
 void add_calls(std::vector<const KernelCall*>& calls, const Plan& plan) {
@@ -55,7 +55,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const Plan* other, c
       options_(options),
       compiled_before_(context.programs_compiled()),
       port_kernels_(port_kernels(context, plan, options)),
-      kernels_(context, calls_of(plan, other, state_resizing_where(other))),
+      kernels_(context, calls_of(plan, other, state_resizing_where(other, context.profile()))),
       weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
       profiler_(options.profile && context.queue_has_profiling()),
       arena_(context, plan),

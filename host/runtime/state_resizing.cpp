@@ -1,5 +1,7 @@
 #include "runtime/state_resizing.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "cl/error.h"
@@ -22,13 +24,21 @@ const TensorLayout& layout_of(const Plan& plan, size_t state) {
     return plan.layout.layouts[plan.layout.graph.states[state].previous];
 }
 
-KernelCall resize(const TensorLayout& from, const TensorLayout& to) {
+constexpr int kStripPixels = 32, kMostStripRatio = 2;
+
+/// By strips where these are smaller at most by their ratio along x; one program has both kernels.
+KernelCall resize(const TensorLayout& state, const TensorLayout& resized, bool wants_strips) {
+    const TensorLayout from = stored(state), to = stored(resized);
     KernelCall call;
     call.file = call.entry = "resize_state";
-    add_images(call, {{"IN", stored(from)}, {"OUT", stored(to)}});
+    add_images(call, {{"IN", from}, {"OUT", to}});
     call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::output}};
-    call.global = pixels(stored(to));
-    call.local = {16, 4};
+    call.global = pixels(to);
+    if (!wants_strips || !has_quads(from)) return call;
+    call.options += fmt::format(" -DPIXELS={} -DMOST_RATIO={}", kStripPixels, kMostStripRatio);
+    if (from.width > kMostStripRatio * to.width) return call;
+    call.entry = "resize_state_strip";
+    call.global = strips(to, kStripPixels, 1);
     return call;
 }
 
@@ -38,10 +48,10 @@ size_t bytes_of_state(const Plan& plan, size_t state) {
 
 }  // namespace
 
-std::vector<KernelCall> state_resizing(const Plan& plan) {
+std::vector<KernelCall> state_resizing(const Plan& plan, const DeviceProfile& profile) {
     std::vector<KernelCall> calls;
     for (size_t state = 0; state < plan.layout.graph.states.size(); ++state)
-        calls.push_back(resize(layout_of(plan, state), layout_of(plan, state)));
+        calls.push_back(resize(layout_of(plan, state), layout_of(plan, state), !wants_many_work_items(profile)));
     return calls;
 }
 
@@ -66,7 +76,8 @@ void StateResizing::save(const Plan& plan, const Arena& arena) {
 
 void StateResizing::restore(const Plan& from, const Plan& to, const Arena& arena) {
     for (size_t state = 0; state < saved_.size(); ++state) {
-        Launch launch(kernels_, resize(layout_of(from, state), layout_of(to, state)));
+        Launch launch(kernels_,
+                      resize(layout_of(from, state), layout_of(to, state), !wants_many_work_items(context_.profile())));
         Bindings bindings;
         bindings.inputs = {saved_[state]};
         bindings.output = arena.memory_next_frame(layout_of(to, state).memory);

@@ -9,7 +9,7 @@
 namespace clarus::runtime {
 
 /// The kernels that resample each of a plan's states, whatever its size: one call a state.
-std::vector<KernelCall> state_resizing(const Plan& plan);
+std::vector<KernelCall> state_resizing(const Plan& plan, const DeviceProfile& profile);
 
 /// Takes what a network carries from frame to frame from a plan to that of another size.
 class StateResizing {

@@ -30,6 +30,8 @@ class Sequence:
         scale = self.facts["scale"]
         self.scale = int(scale) if scale == int(scale) else scale
         self.frames = self.facts["frames"]
+        if any(frame.get("render_size", self.facts["render_size"]) != self.facts["render_size"] for frame in self.frames):
+            raise ValueError(f"{path}: frames of several render sizes; training needs one")
         self.jitter = [tuple(frame["jitter"]) for frame in self.frames]
         jittered = self.facts.get("motion", {}).get("sampled_at") == "jittered"
         self.motion_jitter = self.jitter if jittered else [(0.0, 0.0)] * len(self.frames)
