@@ -83,6 +83,18 @@ TEST_SUITE("small") {
         }
     }
 
+    TEST_CASE("a value that several parts of one program use is a part of it, too") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {6, 4});
+        const Value seen = graph.clamp(color, 0.25f, 0.75f, "seen");
+        graph.output = graph.product(graph.sum(seen, color, "sum"), graph.difference(seen, color, "difference"), "all");
+        const Graph fused = fuse_pointwise(graph);
+        REQUIRE(count(fused, is_pointwise) == 1);
+        const Node& program = fused.nodes[fused.output];
+        CHECK(program.inputs.size() == 1);
+        CHECK(std::get<Pointwise>(program.op).steps.size() == 4);
+    }
+
     TEST_CASE("what nothing needs is dropped, what a state needs is kept") {
         Graph graph;
         const Value color = graph.input(Resource::color, {4, 4});
