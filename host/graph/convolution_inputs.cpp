@@ -111,11 +111,59 @@ class Inputs {
     Uses uses_;
 };
 
-/// Makes input channels [first, first + count) the last.
+/// Makes input channels [first, first + count) the last, in each of `rows` that `row` begins, where each weight takes
+/// `numbers` of them.
+void put_last(std::vector<float>::iterator row, int rows, const Parameters& parameters, int first, int count,
+              int numbers) {
+    const int channel = parameters.taps() * numbers, all = parameters.in_channels * channel;
+    for (; rows > 0; --rows, row += all) std::rotate(row + first * channel, row + (first + count) * channel, row + all);
+}
+
 void put_last(Parameters& parameters, int first, int count) {
-    const int taps = parameters.taps(), all = parameters.in_channels;
-    for (auto row = parameters.weights.begin(); row != parameters.weights.end(); row += all * taps)
-        std::rotate(row + first * taps, row + (first + count) * taps, row + all * taps);
+    put_last(parameters.weights.begin(), parameters.sets * parameters.out_channels, parameters, first, count, 1);
+}
+
+/// In the perceptron's last layer, too, where it makes these weights.
+void put_last(Graph& graph, int index, int first, int count) {
+    Parameters& parameters = graph.parameters[index];
+    put_last(parameters, first, count);
+    if (!parameters.conditioned || !graph.jitter_kernels || graph.jitter_kernels->predictor.empty()) return;
+    DenseLayer& last = graph.jitter_kernels->predictor.back();
+    size_t made_before = 0;
+    for (const int other : graph.jitter_kernels->conditioned) {
+        if (other == index) break;
+        made_before += graph.parameters[other].weights_per_set() + graph.parameters[other].out_channels;
+    }
+    const int rows = parameters.out_channels;
+    put_last(last.weights.begin() + made_before * last.in, rows, parameters, first, count, last.in);
+    put_last(last.biases.begin() + made_before, rows, parameters, first, count, 1);
+}
+
+/// A convolution's input that ends with an image in blocks, such as what was warped at output resolution, becomes two
+/// images: that one, whose pixels then follow each other without a gap, and what was before it.
+void separate_blocks(Graph& graph) {
+    const Uses uses(graph);
+    for (Node& node : graph.nodes) {
+        const auto* convolution = std::get_if<Convolution>(&node.op);
+        if (!convolution || !convolution->readings.empty()) continue;
+        const Value input = node.inputs[0];
+        Node& all = graph.nodes[input];
+        if (!is<Concat>(all) || !uses.only_one(input) || all.inputs.size() < 2) continue;
+        const Value blocks = all.inputs.back();
+        const int count = graph.shape(blocks).channels, first = all.shape.channels - count;
+        const Parameters& parameters = graph.parameters[convolution->parameters];
+        const bool plain = parameters.groups == 1 && parameters.stride == 1;
+        if (!plain || !is<SpaceToDepth>(graph.nodes[blocks]) || !uses.only_one(blocks) || count % kQuad != 0) continue;
+        put_last(graph, convolution->parameters, 0, first);
+        all.inputs.pop_back();
+        all.shape.channels = first;
+        Convolution separate = *convolution;
+        separate.readings = {Reading::whole, Reading::whole};
+        separate.width = all.shape.width;
+        separate.height = all.shape.height;
+        node.op = separate;
+        node.inputs = {blocks, input};
+    }
 }
 
 }  // namespace
@@ -143,7 +191,9 @@ Graph fuse_convolution_inputs(const Graph& graph) {
             convolution.readings.push_back(Reading::factor);
         }
     }
-    return remove_unused(result);
+    result = remove_unused(result);
+    separate_blocks(result);
+    return result;
 }
 
 }  // namespace clarus::graph
