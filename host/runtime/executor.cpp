@@ -44,7 +44,7 @@ float element_at(const std::vector<std::byte>& bytes, size_t index, Storage stor
 std::vector<const KernelCall*> calls_of(const Plan& plan) {
     std::vector<const KernelCall*> calls;
     for (const PlannedStage& stage : plan.stages) {
-        calls.push_back(&stage.lowered.call);
+        if (!stage.problem.presented) calls.push_back(&stage.lowered.call);
         if (stage.lowered.packing) calls.push_back(&stage.lowered.packing->call);
     }
     return calls;
@@ -59,7 +59,8 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
       options_(options),
       compiled_before_(context.programs_compiled()),
       ingest_(ingest(plan.ingest)),
-      present_(present(plan.layout.layouts[plan.layout.graph.output], options)),
+      present_(plan.presenting < 0 ? present(plan.layout.layouts[plan.layout.graph.output], options)
+                                   : plan.stages[plan.presenting].lowered.call),
       port_kernels_(context, {&ingest_, &present_}),
       kernels_(context, calls_of(plan)),
       weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
@@ -70,8 +71,9 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
     for (const auto* destination : destinations(plan.ingest))
         ingest_stage.input_memories.push_back(*destination ? (*destination)->memory : -1);
     for (const PlannedStage& planned : plan.stages) {
-        Stage& stage = add_stage(kernels_, planned.lowered.call, planned.problem.node.name,
-                                 planned.selection.describe(), planned.operations, planned.bytes);
+        Stage& stage =
+            add_stage(planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call,
+                      planned.problem.node.name, planned.selection.describe(), planned.operations, planned.bytes);
         for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
@@ -79,7 +81,9 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const UpscalerOption
     }
     const double written = static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
     const double read = static_cast<double>(output.width) * output.height * output.channels * bytes_of(output.storage);
-    add_stage(port_kernels_, present_, "present", "present", 0, read + written).input_memories = {output.memory};
+    presenting_ = plan.presenting < 0 ? stages_.size() : plan.presenting + 1;
+    if (presenting_ == stages_.size())
+        add_stage(port_kernels_, present_, "present", "present", 0, read + written).input_memories = {output.memory};
     upload_stage_ = profiler_.add_stage("upload", "copy", 0, 0);
     read_back_stage_ = profiler_.add_stage("read back", "copy", 0, 0);
     // Some drivers finish a kernel's compilation when it is first run.
@@ -102,11 +106,12 @@ void Executor::warm_up(const std::function<void(double)>& progress) {
                             stand_in(plan_.ingest.motion, options_.motion_format)};
         const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
         const Size size{output.width, output.height};
-        stages_.back().bindings.target = zeroed(tight_bytes(size, options_.output_format));
-        stages_.back().bindings.target_offset = offset_and_pitch(0, tight_pitch(size, options_.output_format));
+        Bindings& presenting = stages_[presenting_].bindings;
+        presenting.target = zeroed(tight_bytes(size, options_.output_format));
+        presenting.target_offset = offset_and_pitch(0, tight_pitch(size, options_.output_format));
         FrameConstants constants;
         constants.reset = 1;
-        const auto launches = static_cast<double>(plan_.launches.size()) + 2;
+        const auto launches = static_cast<double>(plan_.launches.size()) + (plan_.presenting < 0 ? 2 : 1);
         int done = 0;
         run_stages(constants, [&] {
             if (!progress) return;
@@ -241,7 +246,7 @@ bool Executor::bind_target(const Image& image) {
     const TensorLayout& output = plan_.layout.layouts[plan_.layout.graph.output];
     const Size size{output.width, output.height};
     const size_t tight = tight_pitch(size, options_.output_format);
-    Bindings& present = stages_.back().bindings;
+    Bindings& present = stages_[presenting_].bindings;
     if (image.buffer) {
         present.target = cl::Buffer(image.buffer, true);
         present.target_offset = offset_and_pitch(image.offset, row_pitch(image, options_.output_format));
@@ -270,7 +275,7 @@ void Executor::run_stages(const FrameConstants& constants, const std::function<v
         stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
         if (after_each) after_each();
     }
-    launch(stages_.back());
+    if (plan_.presenting < 0) launch(stages_.back());
 }
 
 void Executor::bind(Stage& stage, const FrameConstants& constants) {

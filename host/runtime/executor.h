@@ -88,7 +88,8 @@ class Executor {
     std::vector<cl::Buffer> memories_;  // parts of the arena
     std::vector<int> partners_;         // the memory that stands in for each in odd frames: alternating states
     bool odd_frame_ = false;
-    std::vector<Stage> stages_;          // ingest, the plan's, present
+    std::vector<Stage> stages_;          // ingest, the plan's, present where none of these does
+    size_t presenting_ = 0;              // which of them writes the caller's output
     std::array<cl::Buffer, 3> staging_;  // of host inputs, by resource; made when first needed
     cl::Buffer staging_output_;
     cl::Buffer counter_;  // invalid motion vectors of the frame

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -229,8 +230,80 @@ std::string across_channels(const Step& step, const std::vector<std::string>& op
     return code;
 }
 
+/// The caller's image as a second result of a kernel whose work-items handle cells of cell × cell pixels; kernels/
+/// present.cl with the colours at hand.
+class CallersImage {
+  public:
+    CallersImage(const Presented& presented, int cell) : presented_(presented), cell_(cell) {}
+
+    static std::string parameters() { return "global uchar* target, uint2 place, "; }
+
+    /// Points to each of the cell's rows.
+    std::string point() const {
+        std::string code;
+        for (int row = 0; row < cell_; ++row)
+            code += fmt::format(
+                "    global {0}* shown{1} = (global {0}*)(target + place.x + (size_t)(y * {2} + {1}) * place.y) + "
+                "x * {3};\n",
+                type(), row, cell_, cell_ * presented_.format.channels);
+        return code;
+    }
+
+    /// Stores the colours among values[c] of these pixels.
+    std::string store(const std::vector<std::string>& values, Run pixels) const {
+        const std::string vector = vector_type("float", pixels.width);
+        std::string code;
+        for (int c = 0; c < 3; ++c)  // a NaN becomes 0
+            code += fmt::format("    const {0} shown_{1} = {2} > 0 ? min({2}, 1.0f) : ({0})(0.0f);\n", vector, c,
+                                values[presented_.first_channel + c]);
+        // Pixels that follow each other in a row of the cell.
+        for (int first = 0; first < pixels.width;) {
+            const int column = (pixels.first + first) % cell_, row = (pixels.first + first) / cell_;
+            const int count = std::min(cell_ - column, pixels.width - first), channels = presented_.format.channels;
+            std::vector<std::string> elements;
+            for (int i = first; i < first + count; ++i)
+                for (int c = 0; c < channels; ++c)
+                    elements.push_back(c == 3             ? "1.0f"
+                                       : pixels.width > 1 ? fmt::format("shown_{}.s{:x}", c, i)
+                                                          : fmt::format("shown_{}", c));
+            for (const Run run : runs(count * channels)) {
+                const auto begin = elements.begin() + run.first;
+                code += store_elements(fmt::format("{}", fmt::join(begin, begin + run.width, ", ")), run.width,
+                                       fmt::format("shown{} + {}", row, column * channels + run.first));
+            }
+            first += count;
+        }
+        return code;
+    }
+
+  private:
+    /// As WRITE_uchar, WRITE_half and WRITE_float do.
+    std::string store_elements(const std::string& elements, int width, const std::string& place) const {
+        const std::string lanes = width == 1 ? "" : std::to_string(width);
+        const std::string vector = fmt::format("({})({})", vector_type("float", width), elements);
+        switch (presented_.format.type) {
+            case ElementType::u8:
+                return width == 1 ? fmt::format("    *({}) = (uchar)({} * 255.0f + 0.5f);\n", place, vector)
+                                  : fmt::format("    vstore{0}(convert_uchar{0}({1} * 255.0f + 0.5f), 0, {2});\n",
+                                                lanes, vector, place);
+            case ElementType::f16:
+                return fmt::format("    vstore_half{}({}, 0, {});\n", lanes, vector, place);
+            case ElementType::f32:
+                return width == 1 ? fmt::format("    *({}) = {};\n", place, vector)
+                                  : fmt::format("    vstore{}({}, 0, {});\n", lanes, vector, place);
+        }
+        throw std::logic_error("unknown element type");
+    }
+
+    std::string_view type() const { return opencl_type(presented_.format.type); }
+
+    Presented presented_;
+    int cell_;
+};
+
 /// The program for some of a cell's pixels. Variable vN_C is channel C of operand N.
-std::string body(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output, Run pixels) {
+std::string body(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output,
+                 const std::optional<CallersImage>& image, Run pixels) {
     const std::string type = vector_type("float", pixels.width);
     std::string code = "    {\n";
     std::vector<int> channels;
@@ -266,7 +339,9 @@ std::string body(const graph::Pointwise& program, const std::vector<Access>& inp
     std::vector<std::string> results;
     for (const int result : program.results)
         for (int c = 0; c < channels[result]; ++c) results.push_back(variable(result, c));
-    return code + output.store(results, pixels) + "    }\n";
+    code += output.store(results, pixels);
+    if (image) code += image->store(results, pixels);
+    return code + "    }\n";
 }
 
 Lowered lower(const Problem& problem, const Choices& choices, int cell) {
@@ -292,14 +367,19 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     add_tensor(call, "OUT", problem.output);
     const Access output(problem.output, "", "OUT", "out", cell);
     call.arguments.push_back({ArgumentKind::output});
+    std::optional<CallersImage> image;
+    if (problem.presented) {
+        image.emplace(*problem.presented, cell);
+        call.arguments.insert(call.arguments.end(), {{ArgumentKind::target}, {ArgumentKind::target_offset}});
+    }
     call.arguments.push_back({ArgumentKind::frame});
 
     call.source = fmt::format(
         "kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise(\n"
-        "    Sizes given, {}{}, Frame frame) {{\n"
+        "    Sizes given, {}{}, {}Frame frame) {{\n"
         "    TAKE(sizes);\n"
         "    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * {};\n",
-        parameters, output.parameter(), strip);
+        parameters, output.parameter(), image ? CallersImage::parameters() : "", strip);
     // A loop, even of one turn, keeps compilers from making vectors of work-items.
     call.source += strip == 1 ? fmt::format(
                                     "    const int x = first;\n"
@@ -310,7 +390,9 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
                                     "    for (int x = first; x < min(first + {1}, OUT_WIDTH / {0}); ++x) {{\n",
                                     cell, strip);
     call.source += pointers + output.point(problem.output);
-    for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
+    if (image) call.source += image->point();
+    for (const Run pixels_of_cell : runs(cell * cell))
+        call.source += body(program, inputs, output, image, pixels_of_cell);
     call.source += "    }\n}\n";
     return {std::move(call), std::nullopt};
 }
