@@ -131,26 +131,24 @@ void check_display(ImageFormat format, Storage storage, int block, graph::Shape 
     check_shown(run_present(output, layout, options, 1), output, options, storage);
 }
 
-/// A program that copies an image whose last three channels it presents does what present() does of the copy, to the
-/// last bit.
-void check_presented(ImageFormat format, int block, graph::Shape shape) {
+/// A program that copies an image in blocks, of which it presents three channels, does what present() does of the copy,
+/// to the last bit.
+void check_presented(ImageFormat format, int block, int copy_block, graph::Shape shape, int first = 0) {
     CAPTURE(static_cast<int>(format.type));
     CAPTURE(format.channels);
     UpscalerOptions options;
     options.output_format = format;
     const Planes image = some_output(shape, Storage::f32);
-    const int first = shape.channels - 3;
     const Planes output =
         planes({3, shape.height, shape.width}, [&](int c, int x, int y) { return image.at(first + c, x, y); });
     runtime::Problem problem;
     problem.node = {graph::Pointwise{{}, {0}}, {}, shape, "program"};
     problem.inputs = {part_layout(shape, Storage::f32, block, shape.channels * block * block, 0)};
-    problem.output = part_layout(shape, Storage::f32, 1, 4, 0);
+    problem.output = part_layout(shape, Storage::f32, copy_block, 4 * copy_block * copy_block, 0);
     problem.presented = runtime::Presented{first, format};
     const Planes expected = run_present(output, pixel_layout(output.shape, Storage::f32), options, 1);
     const Device device = test_device();
     ocl::Context& context = device.context();
-    if (block > 1) problem.output = part_layout(shape, Storage::f32, block, shape.channels * block * block, 0);
     for (const runtime::Implementation& implementation : runtime::implementations(problem.node)) {
         if (implementation.preference(problem, device.profile()) == 0) continue;
         for (const runtime::Choices& choices : implementation.choices(problem, device.profile())) {
@@ -181,11 +179,12 @@ TEST_CASE("present writes every format") {
 TEST_CASE("a program presents what it has made as present does") {
     for (const ElementType type : {ElementType::u8, ElementType::f16, ElementType::f32}) {
         for (const int channels : {3, 4}) {
-            check_presented({type, channels}, 1, {3, 7, 69});
-            check_presented({type, channels}, 2, {4, 18, 34});
+            check_presented({type, channels}, 1, 1, {3, 7, 69});
+            check_presented({type, channels}, 2, 1, {4, 10, 154});
+            check_presented({type, channels}, 2, 2, {4, 18, 34}, 1);
         }
-        check_presented({type, 3}, 3, {3, 9, 33});
-        check_presented({type, 4}, 4, {3, 8, 36});
+        check_presented({type, 3}, 3, 3, {3, 9, 33});
+        check_presented({type, 4}, 4, 1, {4, 8, 36}, 1);
     }
 }
 
@@ -217,6 +216,6 @@ TEST_SUITE("small") {
     TEST_CASE("present of one pixel") {
         check_display({ElementType::u8, 4}, Storage::f32, 1, {3, 1, 1});
         check_display({ElementType::f32, 3}, Storage::f16, 1, {3, 1, 1});
-        check_presented({ElementType::u8, 3}, 1, {4, 1, 1});
+        check_presented({ElementType::u8, 3}, 1, 1, {4, 1, 1}, 1);
     }
 }
