@@ -48,7 +48,7 @@ Lowered lower_easu_cells(const Problem& problem, const Choices& choices) {
 }
 
 Lowered lower_rcas_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 128, kRows = 16;
+    constexpr int kPixels = 256, kRows = 16;
     Lowered lowered = lower_rcas(problem, choices);
     lowered.call.entry = "rcas_strip";
     lowered.call.options += fmt::format(" -DPIXELS={} -DROWS={}", kPixels, kRows);
