@@ -18,18 +18,30 @@
         high = GREATER(value, high); \
     } while (0)
 
-// Of the pixels of the history in a tile.
+// Of the pixels of the history in a tile, row by row, three channels.
 INLINE float4 sum_of_tile(const Sizes* sizes, global const storage* history, int x, int y) {
-#if SCALE == 2 && HISTORY_BLOCK == 2
-    const float16 cell = LOAD16(history, AT(HISTORY, 2 * x, 2 * y, 0));  // four pixels of a channel, then of the next
-    return cell.s048c + cell.s159d + cell.s26ae + cell.s37bf;
-#else
     float4 sum = 0;
+#if HISTORY_BLOCK == SCALE && SCALE > 1
+    // All pixels of a channel, then of the next.
+    global const storage* red = history + AT(HISTORY, SCALE * x, SCALE * y, 0);
+    global const storage* green = red + SCALE * SCALE;
+    global const storage* blue = green + SCALE * SCALE;
+#pragma unroll
+    for (int i = 0; i + 4 <= SCALE * SCALE; i += 4) {
+        const float4 r = LOAD4(red, i), g = LOAD4(green, i), b = LOAD4(blue, i);
+        sum += (float4)(r.x, g.x, b.x, 0);
+        sum += (float4)(r.y, g.y, b.y, 0);
+        sum += (float4)(r.z, g.z, b.z, 0);
+        sum += (float4)(r.w, g.w, b.w, 0);
+    }
+    for (int i = SCALE * SCALE / 4 * 4; i < SCALE * SCALE; ++i)
+        sum += (float4)(LOAD(red, i), LOAD(green, i), LOAD(blue, i), 0);
+#else
 #pragma unroll
     for (int i = 0; i < SCALE * SCALE; ++i)
         sum += LOAD_CHANNELS(HISTORY, history, SCALE * x + i % SCALE, SCALE * y + i / SCALE, 0);
-    return sum;
 #endif
+    return sum;
 }
 
 // A tile of the history, ahead of its use: rows of a strip follow each other too far apart for processors to see it.
