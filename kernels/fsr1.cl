@@ -266,8 +266,8 @@ INLINE void scatter_pixels(const float16* planes, const Cells* cells, int first,
             store_three(vload4(i, made), row + OUT_STRIDE * (cells->first[first + i] + pixel));
 }
 
-INLINE void easu_row(Lines* lines, const Cells* cells, int line, float t, global storage* row) {
-    for (int first = 0; first < CELLS && cells->count[first] > 0; first += 16) {
+INLINE void easu_row(const Sizes* sizes, Lines* lines, const Cells* cells, int line, float t, global storage* row) {
+    for (int first = 0; first < CELLS && cells->first[first] < OUT_WIDTH; first += 16) {
         const float16 s = vload16(0, cells->fraction + first);
         if (cells->have_two[first / 16]) {
             // The pixels of all of them follow each other.
@@ -314,7 +314,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void easu_cells(Size
         for (; y < OUT_HEIGHT; ++y) {
             const Coordinate v = source_coordinate(y, SCALE, SCALE_REST, frame.jitter_y);
             if (v.whole > i) break;
-            easu_row(&lines, &cells, i, v.fraction, out + AT(OUT, 0, y, 0));
+            easu_row(sizes, &lines, &cells, i, v.fraction, out + AT(OUT, 0, y, 0));
         }
     }
 }
