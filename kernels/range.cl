@@ -18,12 +18,44 @@
         high = GREATER(value, high); \
     } while (0)
 
-INLINE float is_outside(const Sizes* sizes, global const storage* history, int x, int y, float4 low, float4 high) {
+// Of the pixels of the history in a tile, row by row, three channels.
+INLINE float4 sum_of_tile(const Sizes* sizes, global const storage* history, int x, int y) {
     float4 sum = 0;
+#if HISTORY_BLOCK == SCALE && SCALE > 1
+    // All pixels of a channel, then of the next.
+    global const storage* red = history + AT(HISTORY, SCALE * x, SCALE * y, 0);
+    global const storage* green = red + SCALE * SCALE;
+    global const storage* blue = green + SCALE * SCALE;
+#pragma unroll
+    for (int i = 0; i + 4 <= SCALE * SCALE; i += 4) {
+        const float4 r = LOAD4(red, i), g = LOAD4(green, i), b = LOAD4(blue, i);
+        sum += (float4)(r.x, g.x, b.x, 0);
+        sum += (float4)(r.y, g.y, b.y, 0);
+        sum += (float4)(r.z, g.z, b.z, 0);
+        sum += (float4)(r.w, g.w, b.w, 0);
+    }
+    for (int i = SCALE * SCALE / 4 * 4; i < SCALE * SCALE; ++i)
+        sum += (float4)(LOAD(red, i), LOAD(green, i), LOAD(blue, i), 0);
+#else
 #pragma unroll
     for (int i = 0; i < SCALE * SCALE; ++i)
         sum += LOAD_CHANNELS(HISTORY, history, SCALE * x + i % SCALE, SCALE * y + i / SCALE, 0);
-    const float4 mean = sum * (1.0f / (SCALE * SCALE));
+#endif
+    return sum;
+}
+
+// A tile of the history, ahead of its use: rows of a strip follow each other too far apart for processors to see it.
+INLINE void prefetch_tile(const Sizes* sizes, global const storage* history, int x, int y) {
+#if HISTORY_BLOCK == SCALE
+    const int line = 64 / sizeof(storage);
+    for (int i = 0; i < 3 * SCALE * SCALE; i += line) PREFETCH(history + AT(HISTORY, SCALE * x, SCALE * y, 0) + i);
+#else
+    for (int i = 0; i < SCALE; ++i) PREFETCH(history + AT(HISTORY, SCALE * x, SCALE * y + i, 0));
+#endif
+}
+
+INLINE float is_outside(const Sizes* sizes, global const storage* history, int x, int y, float4 low, float4 high) {
+    const float4 mean = sum_of_tile(sizes, history, x, y) * (1.0f / (SCALE * SCALE));
     const int4 outside = mean < low - ALLOWED || mean > high + ALLOWED;
     return outside.x || outside.y || outside.z ? 1 : 0;
 }
@@ -43,6 +75,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(Sizes giv
         float4 here = LOAD_CHANNELS(COLOR, color, x0, row, 0);
         for (int i = 0; i < pixels; ++i) {
             PREFETCH(color + AT(COLOR, x0 + i, min(row + 1, COLOR_HEIGHT - 1), 0));
+            prefetch_tile(sizes, history, x0 + i, row);
             const float4 right = LOAD_CHANNELS(COLOR, color, min(x0 + i + 1, COLOR_WIDTH - 1), row, 0);
             float4 least = INFINITY, greatest = -INFINITY;
             WIDEN(least, greatest, left);
@@ -57,13 +90,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void range(Sizes giv
         for (int i = 0; i < pixels; ++i) {
             const float4 lower = LESSER(low[0][i], low[1][i]), upper = GREATER(high[0][i], high[1][i]);
             const float4 least = LESSER(low[2][i], lower), greatest = GREATER(high[2][i], upper);
-            STORE(least.x, out, AT(OUT, x0 + i, y - 1, 0));
-            STORE(least.y, out, AT(OUT, x0 + i, y - 1, 1));
-            STORE(least.z, out, AT(OUT, x0 + i, y - 1, 2));
-            STORE(greatest.x, out, AT(OUT, x0 + i, y - 1, 3));
-            STORE(greatest.y, out, AT(OUT, x0 + i, y - 1, 4));
-            STORE(greatest.z, out, AT(OUT, x0 + i, y - 1, 5));
-            STORE(is_outside(sizes, history, x0 + i, y - 1, least, greatest), out, AT(OUT, x0 + i, y - 1, 6));
+            PREFETCH_TO_WRITE(out + AT(OUT, x0 + i, min(y, OUT_HEIGHT - 1), 0));
+            const float outside = is_outside(sizes, history, x0 + i, y - 1, least, greatest);
+            STORE_CHANNELS(OUT, (float4)(least.xyz, greatest.x), out, x0 + i, y - 1, 0);
+            STORE_CHANNELS(OUT, (float4)(greatest.y, greatest.z, outside, 0), out, x0 + i, y - 1, 4);
         }
     }
 }

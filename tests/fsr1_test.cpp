@@ -168,6 +168,8 @@ TEST_CASE("EASU is what AMD describes") {
         }
         check_easu({3, 9, 700}, 1.7, Storage::f32);
         check_easu({3, 14, 33}, 1, Storage::f32);
+        check_easu({3, 5, 700}, 1.01, Storage::f32);
+        check_easu({3, 6, 150}, 3, Storage::f32);
         check_easu({3, 8, 35}, 6, Storage::f32);
         check_easu({3, 3, 11}, 23.7, Storage::f32);
     });

@@ -83,6 +83,18 @@ TEST_SUITE("small") {
         }
     }
 
+    TEST_CASE("a value that several parts of one program use is a part of it, too") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {6, 4});
+        const Value seen = graph.clamp(color, 0.25f, 0.75f, "seen");
+        graph.output = graph.product(graph.sum(seen, color, "sum"), graph.difference(seen, color, "difference"), "all");
+        const Graph fused = fuse_pointwise(graph);
+        REQUIRE(count(fused, is_pointwise) == 1);
+        const Node& program = fused.nodes[fused.output];
+        CHECK(program.inputs.size() == 1);
+        CHECK(std::get<Pointwise>(program.op).steps.size() == 4);
+    }
+
     TEST_CASE("what nothing needs is dropped, what a state needs is kept") {
         Graph graph;
         const Value color = graph.input(Resource::color, {4, 4});
@@ -97,6 +109,50 @@ TEST_SUITE("small") {
         CHECK(kept.nodes.size() == graph.nodes.size() - 1);
         CHECK(kept.states.size() == 2);
         for (const State& state : kept.states) CHECK(std::holds_alternative<Previous>(kept.nodes[state.previous].op));
+    }
+
+    TEST_CASE("a convolution reads an image in blocks apart from what is before it") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {6, 4}), depth = graph.input(Resource::depth, {6, 4});
+        const Value history = graph.previous({2, 8, 12}, "history");
+        const Value warped = graph.clamp(history, 0, 1, "warped"), blocks = graph.space_to_depth(warped, 2);
+        Parameters first{3, 12, 2, true};
+        for (int i = 0; i < 2 * 3 * 12 * 9; ++i)
+            first.weights.push_back(static_cast<float>(i / 9));  // channel by channel
+        first.biases.resize(6);
+        DenseLayer predictor{3 * 12 * 9 + 3, 1, {}, {}};
+        for (int i = 0; i < 3 * 12 * 9; ++i) predictor.weights.push_back(static_cast<float>(i / 9));
+        predictor.weights.resize(predictor.out);
+        predictor.biases = predictor.weights;
+        const auto convolved = [&](Value joined) {
+            graph.output = graph.convolution(joined, first, Activation::relu, "first");
+            graph.carry(history, warped);
+            graph.jitter_kernels = JitterKernels{{{0, 0}, {0.25f, 0}}, {predictor}, {0}};
+            return fuse_convolution_inputs(graph);
+        };
+        SUBCASE("whose weights are the first then, wherever they come from") {
+            const Graph fused = convolved(graph.concat({color, depth, blocks}));
+            const Node& node = fused.nodes[fused.output];
+            const auto& convolution = std::get<Convolution>(node.op);
+            REQUIRE(node.inputs.size() == 2);
+            CHECK(convolution.readings == std::vector{Reading::whole, Reading::whole});
+            CHECK(Size{convolution.width, convolution.height} == Size{6, 4});
+            CHECK(std::holds_alternative<SpaceToDepth>(fused.nodes[node.inputs[0]].op));
+            CHECK(fused.shape(node.inputs[1]) == Shape{4, 4, 6});
+            const std::vector<DenseLayer>& layers = fused.jitter_kernels->predictor;
+            for (int row = 0; row < 6; ++row)
+                for (int channel = 0; channel < 12; ++channel) {
+                    const float weight = static_cast<float>(12 * row + (channel + 4) % 12);
+                    CHECK(fused.parameters[0]->weights[9 * (12 * row + channel)] == weight);
+                    if (row >= 3) continue;
+                    CHECK(layers[0].weights[9 * (12 * row + channel)] == weight);
+                    CHECK(layers[0].biases[9 * (12 * row + channel) + 8] == weight);
+                }
+        }
+        SUBCASE("but not where it comes before") {
+            const Graph fused = convolved(graph.concat({blocks, color, depth}));
+            CHECK(std::get<Convolution>(fused.nodes[fused.output].op).readings.empty());
+        }
     }
 
     TEST_CASE("convolutions take in what they read") {

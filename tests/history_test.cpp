@@ -302,7 +302,8 @@ TEST_CASE("a range is that of the pixels around, and history outside of it is no
     check_together([&] {
         for (const Storage storage : {Storage::f32, Storage::f16}) {
             for (const int scale : {1, 2, 3, 4}) check_range({47, 23}, scale, storage, 4, 0);
-            check_range({70, 9}, 2, storage, 27, 5, 2);
+            for (const int scale : {2, 3, 4}) check_range({70, 9}, scale, storage, 27, 5, scale);
+            check_range({5, 7}, 2, storage, 27, 5, 4);
         }
     });
 }

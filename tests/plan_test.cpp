@@ -225,4 +225,26 @@ TEST_SUITE("small") {
         CHECK(sets.select({0.2f, 0.0f}).compute);
         CHECK(sets.largest_distance() == 0);
     }
+
+    TEST_CASE("a program presents the output where it is the last to write it, as it is stored and shown") {
+        const auto presenting = [](const Graph& graph, const UpscalerOptions& options) {
+            DeviceProfile profile;
+            profile.half_storage = true;
+            const auto plan = make_plan(graph, options, profile,
+                                        [&](const Problem& problem) { return built_in_selection(problem, profile); });
+            return plan->presenting < 0 ? std::string() : plan->stages[plan->presenting].problem.node.name;
+        };
+        Graph graph;
+        const Value color = graph.input(Resource::color, {6, 4});
+        const Value blend = graph.clamp(color, 0, 1, "blend");
+        graph.output = blend;
+        UpscalerOptions options;
+        CHECK(presenting(graph, options) == "blend");
+        SUBCASE("not as light") { options.color_space = ColorSpace::linear; }
+        SUBCASE("not in half") { options.precision = Precision::fp16; }
+        SUBCASE("not before something is placed on it") {
+            graph.output = graph.place(blend, graph.input(Resource::color, {3, 2}), 2, "placed");
+        }
+        CHECK(presenting(graph, options).empty());
+    }
 }

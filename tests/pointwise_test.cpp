@@ -253,12 +253,15 @@ void check_tiles(graph::Shape render, int scale, int block, Storage storage) {
     }
     problem.output = part_layout(output, storage, block, 5 * block * block, 0);
     check_operator(problem, {image, low, high}, {}, expected, 0);
+    problem.output = pixel_layout(output, storage);
+    check_operator(problem, {image, low, high}, {}, expected, 0);
 }
 
 TEST_CASE("tiles are read as the pixels that they are made of") {
     for (const Storage storage : {Storage::f32, Storage::f16}) {
         check_tiles({3, 5, 7}, 2, 1, storage);
         check_tiles({3, 5, 7}, 2, 2, storage);
+        check_tiles({4, 3, 71}, 2, 2, storage);
         check_tiles({3, 4, 9}, 3, 3, storage);
         check_tiles({3, 3, 5}, 4, 2, storage);
         check_tiles({3, 1, 1}, 3, 1, storage);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/image_format.h"
 #include "operator_harness.h"
 #include "runtime/inputs.h"
 #include "runtime/launch.h"
@@ -17,44 +18,67 @@ using runtime::Storage;
 
 namespace {
 
-/// The target's components as numbers; u8 in its own units. Checks that nothing but pixels was written.
+/// The caller's image, with gaps before its first row and after each.
+class Target {
+  public:
+    Target(Size size, const ImageFormat& format)
+        : size_(size),
+          format_(format),
+          row_(static_cast<cl_uint>(tight_pitch(size, format))),
+          bytes_(kSkipped + static_cast<size_t>(row_ + kGap) * size.height, 0xa5),
+          buffer_(context().context(), CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, bytes_.size(), bytes_.data()) {}
+
+    void bind(runtime::Bindings& bindings) const {
+        bindings.target = buffer_;
+        bindings.target_offset = {{kSkipped, row_ + kGap}};
+    }
+
+    /// Components as numbers; u8 in its own units. Checks that nothing but pixels was written.
+    Planes read() {
+        context().queue().enqueueReadBuffer(buffer_, CL_TRUE, 0, bytes_.size(), bytes_.data());
+        bool beside = false;
+        for (size_t i = 0; i < bytes_.size(); ++i)
+            if (i < kSkipped || (i - kSkipped) % (row_ + kGap) >= row_) beside = beside || bytes_[i] != 0xa5;
+        CHECK_FALSE(beside);
+        return planes({format_.channels, size_.height, size_.width}, [&](int c, int x, int y) -> float {
+            const size_t element = static_cast<size_t>(x) * format_.channels + c;
+            const unsigned char* place =
+                &bytes_[kSkipped + static_cast<size_t>(y) * (row_ + kGap) + element * bytes_of(format_.type)];
+            half as_half;
+            float value;
+            if (format_.type == ElementType::u8) return *place;
+            std::memcpy(&as_half, place, 2);
+            if (format_.type == ElementType::f16) return as_half;
+            std::memcpy(&value, place, 4);
+            return value;
+        });
+    }
+
+  private:
+    static constexpr cl_uint kSkipped = 16, kGap = 12;
+    static ocl::Context& context() { return test_device().context(); }
+
+    Size size_;
+    ImageFormat format_;
+    cl_uint row_;
+    std::vector<unsigned char> bytes_;
+    cl::Buffer buffer_;
+};
+
 Planes run_present(const Planes& output, const runtime::TensorLayout& layout, const UpscalerOptions& options,
                    float exposure) {
     const Device device = test_device();
     ocl::Context& context = device.context();
-    const ImageFormat format = options.output_format;
-    const size_t size = format.type == ElementType::u8 ? 1 : format.type == ElementType::f16 ? 2 : 4;
-    const int width = output.shape.width, height = output.shape.height;
-    const cl_uint skipped = 16, row = static_cast<cl_uint>(width * format.channels * size), pitch = row + 12;
-    std::vector<unsigned char> bytes(skipped + static_cast<size_t>(pitch) * height, 0xa5);
-
+    Target target({output.shape.width, output.shape.height}, options.output_format);
     runtime::Bindings bindings;
     bindings.inputs = {upload(context, layout, &output)};
     bindings.frame.exposure = exposure;
-    bindings.target = cl::Buffer(context.context(), CL_MEM_READ_WRITE, bytes.size());
-    bindings.target_offset = {{skipped, pitch}};
-    context.queue().enqueueWriteBuffer(bindings.target, CL_TRUE, 0, bytes.size(), bytes.data());
+    target.bind(bindings);
     const runtime::KernelCall call = runtime::present(layout, options);
     runtime::Launch launch(runtime::Kernels(context, {&call}), call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
-    context.queue().enqueueReadBuffer(bindings.target, CL_TRUE, 0, bytes.size(), bytes.data());
-
-    bool beside = false;
-    for (size_t i = 0; i < bytes.size(); ++i)
-        if (i < skipped || (i - skipped) % pitch >= row) beside = beside || bytes[i] != 0xa5;
-    CHECK_FALSE(beside);
-    return planes({format.channels, height, width}, [&](int c, int x, int y) -> float {
-        const unsigned char* place =
-            &bytes[skipped + static_cast<size_t>(y) * pitch + (x * format.channels + c) * size];
-        half as_half;
-        float value;
-        if (format.type == ElementType::u8) return *place;
-        std::memcpy(&as_half, place, 2);
-        if (format.type == ElementType::f16) return as_half;
-        std::memcpy(&value, place, 4);
-        return value;
-    });
+    return target.read();
 }
 
 double inverse_transfer(double v) { return v < 12.92 * 0.0031308 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); }
@@ -86,20 +110,60 @@ Planes some_output(graph::Shape shape, Storage storage) {
     return rounded(output, storage);
 }
 
+/// That this is what was shown of the output.
+void check_shown(const Planes& result, const Planes& output, const UpscalerOptions& options, Storage storage) {
+    const Planes expected = expected_target(output, options, 1);
+    const ElementType type = options.output_format.type;
+    if (type == ElementType::u8) {
+        for (size_t i = 0; i < expected.values.size(); ++i)
+            CHECK(std::abs(result.values[i] - 255 * expected.values[i]) <= 0.5001f);
+    } else {
+        check_close(result, rounded(expected, storage), type == ElementType::f16 ? 1e-3f : 1e-6f);
+    }
+}
+
 void check_display(ImageFormat format, Storage storage, int block, graph::Shape shape) {
     CAPTURE(static_cast<int>(format.type));
     UpscalerOptions options;
     options.output_format = format;
     const Planes output = some_output(shape, storage);
     const auto layout = part_layout(shape, storage, block, 3 * block * block + 1, 1);
-    const Planes expected = expected_target(output, options, 1);
-    if (format.type == ElementType::u8) {
-        const Planes result = run_present(output, layout, options, 1);
-        for (size_t i = 0; i < expected.values.size(); ++i)
-            CHECK(std::abs(result.values[i] - 255 * expected.values[i]) <= 0.5001f);
-    } else {
-        check_close(run_present(output, layout, options, 1), rounded(expected, storage),
-                    format.type == ElementType::f16 ? 1e-3f : 1e-6f);
+    check_shown(run_present(output, layout, options, 1), output, options, storage);
+}
+
+/// A program that copies an image in blocks, of which it presents three channels, does what present() does of the copy,
+/// to the last bit.
+void check_presented(ImageFormat format, int block, int copy_block, graph::Shape shape, int first = 0) {
+    CAPTURE(static_cast<int>(format.type));
+    CAPTURE(format.channels);
+    UpscalerOptions options;
+    options.output_format = format;
+    const Planes image = some_output(shape, Storage::f32);
+    const Planes output =
+        planes({3, shape.height, shape.width}, [&](int c, int x, int y) { return image.at(first + c, x, y); });
+    runtime::Problem problem;
+    problem.node = {graph::Pointwise{{}, {0}}, {}, shape, "program"};
+    problem.inputs = {part_layout(shape, Storage::f32, block, shape.channels * block * block, 0)};
+    problem.output = part_layout(shape, Storage::f32, copy_block, 4 * copy_block * copy_block, 0);
+    problem.presented = runtime::Presented{first, format};
+    const Planes expected = run_present(output, pixel_layout(output.shape, Storage::f32), options, 1);
+    const Device device = test_device();
+    ocl::Context& context = device.context();
+    for (const runtime::Implementation& implementation : runtime::implementations(problem.node)) {
+        if (implementation.preference(problem, device.profile()) == 0) continue;
+        for (const runtime::Choices& choices : implementation.choices(problem, device.profile())) {
+            Target target({shape.width, shape.height}, format);
+            runtime::Bindings bindings;
+            bindings.inputs = {upload(context, problem.inputs[0], &image)};
+            bindings.output = upload(context, problem.output);
+            target.bind(bindings);
+            const runtime::KernelCall call = implementation.lower(problem, choices).call;
+            runtime::Launch launch(runtime::Kernels(context, {&call}), call);
+            launch.bind(bindings);
+            launch.enqueue(context.queue());
+            check_close(target.read(), expected, 0);
+            check_close(download(context, problem.output, bindings.output), image, 0);
+        }
     }
 }
 
@@ -109,6 +173,18 @@ TEST_CASE("present writes every format") {
     for (const ElementType type : {ElementType::u8, ElementType::f16, ElementType::f32}) {
         check_display({type, 3}, Storage::f32, 1, {3, 18, 34});
         check_display({type, 4}, Storage::f16, 2, {3, 18, 34});
+    }
+}
+
+TEST_CASE("a program presents what it has made as present does") {
+    for (const ElementType type : {ElementType::u8, ElementType::f16, ElementType::f32}) {
+        for (const int channels : {3, 4}) {
+            check_presented({type, channels}, 1, 1, {3, 7, 69});
+            check_presented({type, channels}, 2, 1, {4, 10, 154});
+            check_presented({type, channels}, 2, 2, {4, 18, 34}, 1);
+        }
+        check_presented({type, 3}, 3, 3, {3, 9, 33});
+        check_presented({type, 4}, 4, 1, {4, 8, 36}, 1);
     }
 }
 
@@ -140,5 +216,6 @@ TEST_SUITE("small") {
     TEST_CASE("present of one pixel") {
         check_display({ElementType::u8, 4}, Storage::f32, 1, {3, 1, 1});
         check_display({ElementType::f32, 3}, Storage::f16, 1, {3, 1, 1});
+        check_presented({ElementType::u8, 3}, 1, 1, {4, 1, 1}, 1);
     }
 }

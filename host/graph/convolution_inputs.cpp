@@ -112,12 +112,57 @@ class Inputs {
     Uses uses_;
 };
 
-/// The same with input channels [first, first + count) as the last.
-std::shared_ptr<const Parameters> with_last(Parameters parameters, int first, int count) {
-    const int taps = parameters.taps(), all = parameters.in_channels;
-    for (auto row = parameters.weights.begin(); row != parameters.weights.end(); row += all * taps)
-        std::rotate(row + first * taps, row + (first + count) * taps, row + all * taps);
-    return std::make_shared<Parameters>(std::move(parameters));
+/// Makes input channels [first, first + count) the last, in each of `rows` that `row` begins, where each weight takes
+/// `numbers` of them.
+void put_last(std::vector<float>::iterator row, int rows, const Parameters& parameters, int first, int count,
+              int numbers) {
+    const int channel = parameters.taps() * numbers, all = parameters.in_channels * channel;
+    for (; rows > 0; --rows, row += all) std::rotate(row + first * channel, row + (first + count) * channel, row + all);
+}
+
+/// In the perceptron's last layer, too, where it makes these weights.
+void put_last(Graph& graph, int index, int first, int count) {
+    const auto moved = std::make_shared<Parameters>(*graph.parameters[index]);
+    put_last(moved->weights.begin(), moved->sets * moved->out_channels, *moved, first, count, 1);
+    graph.parameters[index] = moved;
+    const Parameters& parameters = *moved;
+    if (!parameters.conditioned || !graph.jitter_kernels || graph.jitter_kernels->predictor.empty()) return;
+    DenseLayer& last = graph.jitter_kernels->predictor.back();
+    size_t made_before = 0;
+    for (const int other : graph.jitter_kernels->conditioned) {
+        if (other == index) break;
+        made_before += graph.parameters[other]->weights_per_set() + graph.parameters[other]->out_channels;
+    }
+    const int rows = parameters.out_channels;
+    put_last(last.weights.begin() + made_before * last.in, rows, parameters, first, count, last.in);
+    put_last(last.biases.begin() + made_before, rows, parameters, first, count, 1);
+}
+
+/// A convolution's input that ends with an image in blocks, such as what was warped at output resolution, becomes two
+/// images: that one, whose pixels then follow each other without a gap, and what was before it.
+void separate_blocks(Graph& graph) {
+    const Uses uses(graph);
+    for (Node& node : graph.nodes) {
+        const auto* convolution = std::get_if<Convolution>(&node.op);
+        if (!convolution || !convolution->readings.empty()) continue;
+        const Value input = node.inputs[0];
+        Node& all = graph.nodes[input];
+        if (!is<Concat>(all) || !uses.only_one(input) || all.inputs.size() < 2) continue;
+        const Value blocks = all.inputs.back();
+        const int count = graph.shape(blocks).channels, first = all.shape.channels - count;
+        const Parameters& parameters = *graph.parameters[convolution->parameters];
+        const bool plain = parameters.groups == 1 && parameters.stride == 1;
+        if (!plain || !is<SpaceToDepth>(graph.nodes[blocks]) || !uses.only_one(blocks) || count % kQuad != 0) continue;
+        put_last(graph, convolution->parameters, 0, first);
+        all.inputs.pop_back();
+        all.shape.channels = first;
+        Convolution separate = *convolution;
+        separate.readings = {Reading::whole, Reading::whole};
+        separate.width = all.shape.width;
+        separate.height = all.shape.height;
+        node.op = separate;
+        node.inputs = {blocks, input};
+    }
 }
 
 }  // namespace
@@ -130,10 +175,8 @@ Graph fuse_convolution_inputs(const Graph& graph) {
         const std::vector<Part> parts = inputs.parts(node);
         if (parts.empty()) continue;
         auto& convolution = std::get<Convolution>(node.op);
-        if (inputs.is_sparse(parts.back().image)) {
-            std::shared_ptr<const Parameters>& parameters = result.parameters[convolution.parameters];
-            parameters = with_last(*parameters, parts.back().first, graph.shape(parts.back().image).channels);
-        }
+        if (inputs.is_sparse(parts.back().image))
+            put_last(result, convolution.parameters, parts.back().first, graph.shape(parts.back().image).channels);
         const Shape& shape = graph.shape(node.inputs[0]);
         convolution.width = shape.width;
         convolution.height = shape.height;
@@ -146,7 +189,9 @@ Graph fuse_convolution_inputs(const Graph& graph) {
             convolution.readings.push_back(Reading::factor);
         }
     }
-    return remove_unused(result);
+    result = remove_unused(result);
+    separate_blocks(result);
+    return result;
 }
 
 }  // namespace clarus::graph

@@ -61,8 +61,10 @@ std::vector<int> take_in(Program& program, const Graph& graph, Value value, bool
     return program.append(*source, std::move(operands));
 }
 
-void join_into_users(Graph& graph) {
+/// Whether there was anything to join.
+bool join_into_users(Graph& graph) {
     const Uses uses(graph);
+    bool joined = false;
     for (Node& node : graph.nodes) {
         const auto* pointwise = std::get_if<Pointwise>(&node.op);
         if (!pointwise) continue;
@@ -71,11 +73,13 @@ void join_into_users(Graph& graph) {
         for (const Value input : node.inputs) {
             const Pointwise* source = as_pointwise(graph, input);
             const bool absorb = source && source->results.size() == 1 && uses.only_one(input);
+            joined = joined || absorb;
             operands.push_back(take_in(program, graph, input, absorb).front());
         }
         std::vector<int> results = program.append(*pointwise, std::move(operands));
         std::move(program).finish(node, std::move(results));
     }
+    return joined;
 }
 
 void replace_outside_nodes(Graph& graph, Value from, Value to) {
@@ -120,7 +124,8 @@ void join_through_concat(Graph& graph) {
 
 Graph fuse_pointwise(const Graph& graph) {
     Graph result = graph;
-    join_into_users(result);
+    // Once several users of a value are one program, that is its only user.
+    while (join_into_users(result)) result = remove_unused(result);
     join_through_concat(result);
     return remove_unused(result);
 }

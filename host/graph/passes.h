@@ -9,12 +9,14 @@ namespace clarus::graph {
 /// Each pass returns a graph that computes the same output, states and views.
 
 /// Makes convolutions pool, upsample by two, weight and put together what they read, where that has no other use:
-/// these then need no pass and no memory of their own. Before fuse_pointwise.
+/// these then need no pass and no memory of their own. What is gathered in blocks at an input's end they read apart
+/// from the rest, so that what makes or reads either does not step over the other. Before fuse_pointwise.
 Graph fuse_convolution_inputs(const Graph& graph);
 
-/// Joins pointwise programs: into their users where they have one user only, and through concat, so that one program
-/// writes all channels of the joined image. What would have had to be copied into a concat is then computed in place,
-/// and what it takes from the memory of others (slices, zero-upsampled images) is gathered in one go.
+/// Joins pointwise programs: into their users where they have one user only, which may be several that have been joined
+/// before, and through concat, so that one program writes all channels of the joined image. What would have had to be
+/// copied into a concat is then computed in place, and what it takes from the memory of others (slices, zero-upsampled
+/// images) is gathered in one go.
 Graph fuse_pointwise(const Graph& graph);
 
 /// Drops nodes and parameters that neither output, states nor the views named in `keep` need; other views are

@@ -24,7 +24,7 @@ std::vector<KernelCall> state_resizing_where(const Plan* other, const DeviceProf
 
 void add_calls(std::vector<const KernelCall*>& calls, const Plan& plan) {
     for (const PlannedStage& stage : plan.stages) {
-        calls.push_back(&stage.lowered.call);
+        if (!stage.problem.presented) calls.push_back(&stage.lowered.call);
         if (stage.lowered.packing) calls.push_back(&stage.lowered.packing->call);
     }
 }
@@ -38,12 +38,21 @@ std::vector<const KernelCall*> calls_of(const Plan& plan, const Plan* other, con
 }
 
 KernelCall present_call(const Plan& plan, const UpscalerOptions& options) {
+    if (plan.presenting >= 0) return plan.stages[plan.presenting].lowered.call;
     return present(plan.layout.layouts[plan.layout.graph.output], options);
 }
 
-Kernels port_kernels(ocl::Context& context, const Plan& plan, const UpscalerOptions& options) {
+/// Adds what reads and writes the caller's formats.
+void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan, const UpscalerOptions& options) {
     const KernelCall first = ingest(plan.ingest), last = present_call(plan, options);
-    return {context, {&first, &last}};
+    kernels.add(context, {&first, &last});
+}
+
+Kernels port_kernels(ocl::Context& context, const Plan& plan, const Plan* other, const UpscalerOptions& options) {
+    Kernels kernels(context, {});
+    add_port_kernels(kernels, context, plan, options);
+    if (other) add_port_kernels(kernels, context, *other, options);
+    return kernels;
 }
 
 }  // namespace
@@ -54,7 +63,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, const Plan* other, c
       plan_(&plan),
       options_(options),
       compiled_before_(context.programs_compiled()),
-      port_kernels_(port_kernels(context, plan, options)),
+      port_kernels_(port_kernels(context, plan, other, options)),
       kernels_(context, calls_of(plan, other, state_resizing_where(other, context.profile()))),
       weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
       profiler_(options.profile && context.queue_has_profiling()),
@@ -78,16 +87,19 @@ void Executor::make_stages() {
     for (const auto* destination : destinations(plan_->ingest))
         stages_.back().input_memories.push_back(*destination ? (*destination)->memory : -1);
     for (const PlannedStage& planned : plan_->stages) {
-        Stage& stage = add_stage(kernels_, planned.lowered.call, planned.problem.node.name,
-                                 planned.selection.describe(), planned.operations, planned.bytes);
+        Stage& stage =
+            add_stage(planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call,
+                      planned.problem.node.name, planned.selection.describe(), planned.operations, planned.bytes);
         for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
             stage.parameters = convolution->parameters;
     }
-    const KernelCall last = present_call(*plan_, options_);
-    add_stage(port_kernels_, last, "present", "present", 0, present_bytes(*plan_, options_)).input_memories = {
-        plan_->layout.layouts[plan_->layout.graph.output].memory};
+    presenting_ = plan_->presenting < 0 ? stages_.size() : plan_->presenting + 1;
+    if (plan_->presenting < 0)
+        add_stage(port_kernels_, present_call(*plan_, options_), "present", "present", 0,
+                  present_bytes(*plan_, options_))
+            .input_memories = {plan_->layout.layouts[plan_->layout.graph.output].memory};
     ports_.add_stages();
 }
 
@@ -104,6 +116,7 @@ void Executor::change_plan(const Plan& plan, bool keeps_states) {
     std::vector<const KernelCall*> calls;
     add_calls(calls, plan);
     kernels_.add(context_, calls);
+    add_port_kernels(port_kernels_, context_, plan, options_);
     arena_.lay_out(plan);
     if (keeps_states) resizing_->restore(*plan_, plan, arena_);
     plan_ = &plan;
@@ -117,10 +130,10 @@ size_t Executor::staging_bytes(const Plan& plan, bool resizes, const UpscalerOpt
 void Executor::warm_up(const std::function<void(double)>& progress) {
     ocl::checked("run every kernel once", [&] {
         stages_.front().bindings.counter = counter_;
-        ports_.stand_in(*plan_, stages_.front().bindings, stages_.back().bindings);
+        ports_.stand_in(*plan_, stages_.front().bindings, stages_[presenting_].bindings);
         FrameConstants constants;
         constants.reset = 1;
-        const auto launches = static_cast<double>(plan_->launches.size()) + 2;
+        const auto launches = static_cast<double>(plan_->launches.size()) + (plan_->presenting < 0 ? 2 : 1);
         int done = 0;
         run_stages(constants, [&] {
             if (!progress) return;
@@ -160,7 +173,7 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
         queue.enqueueFillBuffer(counter_, cl_uint(0), 0, sizeof(cl_uint));
         stages_.front().bindings.counter = counter_;
         ports_.bind_inputs(frame, plan_->ingest, stages_.front().bindings);
-        ports_.bind_output(frame.output, stages_.back().bindings);
+        ports_.bind_output(frame.output, stages_[presenting_].bindings);
         run_stages(constants);
         ports_.read_back(frame.output);
         queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result.invalid_motion_vectors);
@@ -185,7 +198,7 @@ void Executor::run_stages(const FrameConstants& constants, const std::function<v
         stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
         if (after_each) after_each();
     }
-    launch(stages_.back());
+    if (plan_->presenting < 0) launch(stages_.back());
 }
 
 void Executor::bind(Stage& stage, const FrameConstants& constants) {

@@ -83,14 +83,15 @@ class Executor {
     const Plan* plan_;
     const UpscalerOptions& options_;
     const int compiled_before_;  // programs, when the constructor began
-    const Kernels port_kernels_;
+    Kernels port_kernels_;
     Kernels kernels_;  // apart: a network's do not depend on the caller's formats
     Weights weights_;
     Profiler profiler_;
     Arena arena_;
     Ports ports_;
     std::optional<StateResizing> resizing_;
-    std::vector<Stage> stages_;  // ingest, the plan's, present
+    std::vector<Stage> stages_;  // ingest, the plan's, present where none of these does
+    size_t presenting_ = 0;      // which of them writes the caller's output
     cl::Buffer counter_;         // invalid motion vectors of the frame
     std::vector<std::shared_ptr<FrameResult>> results_;
 };

@@ -17,12 +17,19 @@
 
 namespace clarus::runtime {
 
+/// Where in a program's result the pipeline's output is that it writes to the caller's image, too, as present() would.
+struct Presented {
+    int first_channel = 0;  // of three
+    ImageFormat format;     // the caller's, of display-encoded colours
+};
+
 /// An operator to be run: its node, the layouts of its inputs and result, and what else its kernels depend on.
 struct Problem {
     graph::Node node;
     std::vector<TensorLayout> inputs;
     TensorLayout output;
     const graph::Parameters* parameters = nullptr;  // of a convolution
+    std::optional<Presented> presented = {};        // of a pointwise program, whose result is stored as float
 };
 
 /// What is passed to a kernel, in its order.

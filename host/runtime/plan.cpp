@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "base/image_format.h"
 #include "base/rounding.h"
 #include "graph/passes.h"
 #include "runtime/weights.h"
@@ -93,6 +94,34 @@ std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const s
     return launches;
 }
 
+/// The pipeline's output within the result of a stage that could present it, if it is there as it would be read again.
+std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLayout& output,
+                                      const UpscalerOptions& options) {
+    const TensorLayout& result = stage.problem.output;
+    const bool plain = options.color_space == ColorSpace::srgb && output.storage == Storage::f32;
+    if (!plain || !std::holds_alternative<graph::Pointwise>(stage.problem.node.op) || result.block != output.block ||
+        result.width != output.width || result.height != output.height)
+        return {};
+    const int first = (output.offset - result.offset) / (output.block * output.block);
+    if (first < 0 || first + output.channels > result.channels) return {};
+    return Presented{first, options.output_format};
+}
+
+/// Has the stage that is the last to write where the pipeline's output is write it to the caller's image, too: what it
+/// has in its registers need not be read again.
+void present_early(Plan& plan, const UpscalerOptions& options) {
+    const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
+    const auto last = std::find_if(plan.stages.rbegin(), plan.stages.rend(), [&](const PlannedStage& stage) {
+        return stage.problem.output.memory == output.memory;
+    });
+    if (last == plan.stages.rend()) return;
+    last->problem.presented = presented_by(*last, output, options);
+    if (!last->problem.presented) return;
+    plan.presenting = static_cast<int>(plan.stages.rend() - last) - 1;
+    last->lowered = last->selection.lower(last->problem);
+    last->bytes += static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
+}
+
 }  // namespace
 
 std::map<int, Lowered> Plan::convolutions() const {
@@ -123,6 +152,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions
         if (find_banded(banded, value)) check_granule(stage, band_granule(profile));
         plan->stages.push_back(std::move(stage));
     }
+    present_early(*plan, options);
     plan->launches = order_of(plan->stages, banded);
     plan->weight_bytes = Weights::bytes(plan->layout.graph, plan->convolutions());
     return plan;

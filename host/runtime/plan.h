@@ -40,6 +40,7 @@ struct Plan {
     IngestProblem ingest;
     std::vector<PlannedStage> stages;
     std::vector<StageRows> launches;  // in this order
+    int presenting = -1;              // the stage that writes the caller's output as well; −1: present() does
     size_t weight_bytes = 0;
     std::vector<BandChoice> band_choices;
 

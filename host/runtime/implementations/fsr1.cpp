@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "base/rounding.h"
 #include "runtime/implementations/lowering.h"
 
 namespace clarus::runtime {
@@ -34,20 +35,20 @@ int prefer_strips(const Problem& problem, const DeviceProfile& profile) {
     return fits && profile.device_class != DeviceClass::gpu ? 2 : 0;
 }
 
-Lowered lower_easu_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 16, kRows = 16, kTaps = 4;
-    const double scale = std::get<graph::Easu>(problem.node.op).scale;
+Lowered lower_easu_cells(const Problem& problem, const Choices& choices) {
+    constexpr int kCells = 64, kRows = 16;
+    const TensorLayout& in = problem.inputs[0];
     Lowered lowered = lower_easu(problem, choices);
-    lowered.call.entry = "easu_strip";
+    lowered.call.entry = "easu_cells";
     lowered.call.options += fmt::format(" -DROWS={}", kRows);
-    add_span(lowered.call, "columns", kPixels, scale, kTaps);
-    add_span(lowered.call, "lines", kRows, scale, kTaps);
-    lowered.call.global = strips(problem.output, kPixels, kRows);
+    // One more of them than texels along each axis: before the first, too. Jitter and rounding may add one.
+    lowered.call.global = {static_cast<size_t>(ceil_divide(in.width + 2, kCells)),
+                           static_cast<size_t>(ceil_divide(in.height + 2, kRows))};
     return lowered;
 }
 
 Lowered lower_rcas_strips(const Problem& problem, const Choices& choices) {
-    constexpr int kPixels = 128, kRows = 8;
+    constexpr int kPixels = 256, kRows = 16;
     Lowered lowered = lower_rcas(problem, choices);
     lowered.call.entry = "rcas_strip";
     lowered.call.options += fmt::format(" -DPIXELS={} -DROWS={}", kPixels, kRows);
@@ -58,7 +59,7 @@ Lowered lower_rcas_strips(const Problem& problem, const Choices& choices) {
 }  // namespace
 
 std::span<const Implementation> easu_implementations() {
-    static const Implementation implementations[] = {{"easu strips", prefer_strips, single_choices, lower_easu_strips},
+    static const Implementation implementations[] = {{"easu cells", prefer_strips, single_choices, lower_easu_cells},
                                                      {"easu", obvious, group_choices, lower_easu}};
     return implementations;
 }

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 
 #include "base/rounding.h"
@@ -67,17 +69,41 @@ class Access {
                            pointer_, x, y, layout_.samples, layout_.previous_samples ? "previous_sample" : "sample");
     }
 
-    /// Channel c of some of the cell's pixels, which are counted along its rows.
-    std::string load(int c, Run pixels) const {
+    /// Channel c of some of the cell's pixels, which are counted along its rows; or of the cell so many to the right,
+    /// if a tile is no larger than a cell.
+    std::string load(int c, Run pixels, int right = 0) const {
+        const int step = layout_.tiled || layout_.block == cell_ ? layout_.stride : cell_ * layout_.stride;
+        const auto at = [&](const std::string& place) {
+            return right > 0 ? fmt::format("{} + {}", place, right * step) : place;
+        };
         if (layout_.tiled)
-            return fmt::format("({})({})", vector_type("float", pixels.width), load_elements(fmt::to_string(c), 1));
+            return fmt::format("({})({})", vector_type("float", pixels.width), load_elements(at(fmt::to_string(c)), 1));
         if (layout_.samples > 1)
-            return fmt::format("{}_is_sample ? {} : 0.0f", pointer_, load_elements(element(0, c), 1));
-        if (contiguous_pixels()) return load_elements(element(pixels.first, c), pixels.width);
+            return fmt::format("{}_is_sample ? {} : 0.0f", pointer_, load_elements(at(element(0, c)), 1));
+        if (contiguous_pixels()) return load_elements(at(element(pixels.first, c)), pixels.width);
         std::string elements;
         for (int i = 0; i < pixels.width; ++i)
-            elements += (i ? ", " : "") + load_elements(element(pixels.first + i, c), 1);
+            elements += (i ? ", " : "") + load_elements(at(element(pixels.first + i, c)), 1);
         return fmt::format("({})({})", vector_type("float", pixels.width), elements);
+    }
+
+    /// The same of all pixels of four cells side by side. By twos, as compilers put vectors together best.
+    std::string load_four(int c) const {
+        const Run all{0, cell_ * cell_};
+        const auto two = [&](int right) {
+            return fmt::format("({})({}, {})", vector_type("float", 2 * all.width), load(c, all, right),
+                               load(c, all, right + 1));
+        };
+        return fmt::format("({})({}, {})", vector_type("float", 4 * all.width), two(0), two(2));
+    }
+
+    /// Stores rows[] of rows_of_cells() in kernels/common.clh: pixels of four floats.
+    std::string store_rows() const {
+        std::string code;
+        for (int half = 0; half < 4; ++half)
+            code += fmt::format("    vstore16(rows[{0}], 0, {1} + {2} * {3}_ROW + {4});\n", half, pointer_, half / 2,
+                                tensor_, half % 2 * 16);
+        return code;
     }
 
     /// Stores values[c], of these pixels, to every channel c.
@@ -229,9 +255,100 @@ std::string across_channels(const Step& step, const std::vector<std::string>& op
     return code;
 }
 
-/// The program for some of a cell's pixels. Variable vN_C is channel C of operand N.
-std::string body(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output, Run pixels) {
-    const std::string type = vector_type("float", pixels.width);
+/// The caller's image as a second result of a kernel whose work-items handle cells of cell × cell pixels; kernels/
+/// present.cl with the colours at hand.
+class CallersImage {
+  public:
+    CallersImage(const Presented& presented, int cell) : presented_(presented), cell_(cell) {}
+
+    static std::string parameters() { return "global uchar* target, uint2 place, "; }
+
+    /// Points to each of the cell's rows.
+    std::string point() const {
+        std::string code;
+        for (int row = 0; row < cell_; ++row)
+            code += fmt::format(
+                "    global {0}* shown{1} = (global {0}*)(target + place.x + (size_t)(y * {2} + {1}) * place.y) + "
+                "x * {3};\n",
+                type(), row, cell_, cell_ * presented_.format.channels);
+        return code;
+    }
+
+    /// Stores the colours among values[c] of these pixels.
+    std::string store(const std::vector<std::string>& values, Run pixels) const {
+        const std::string vector = vector_type("float", pixels.width);
+        std::string code;
+        for (int c = 0; c < 3; ++c)  // a NaN becomes 0
+            code += fmt::format("    const {0} shown_{1} = {2} > 0 ? min({2}, 1.0f) : ({0})(0.0f);\n", vector, c,
+                                values[presented_.first_channel + c]);
+        // Pixels that follow each other in a row of the cell.
+        for (int first = 0; first < pixels.width;) {
+            const int column = (pixels.first + first) % cell_, row = (pixels.first + first) / cell_;
+            const int count = std::min(cell_ - column, pixels.width - first), channels = presented_.format.channels;
+            std::vector<std::string> elements;
+            for (int i = first; i < first + count; ++i)
+                for (int c = 0; c < channels; ++c)
+                    elements.push_back(c == 3             ? "1.0f"
+                                       : pixels.width > 1 ? fmt::format("shown_{}.s{:x}", c, i)
+                                                          : fmt::format("shown_{}", c));
+            for (const Run run : runs(count * channels)) {
+                const auto begin = elements.begin() + run.first;
+                code += store_elements(fmt::format("{}", fmt::join(begin, begin + run.width, ", ")), run.width,
+                                       fmt::format("shown{} + {}", row, column * channels + run.first));
+            }
+            first += count;
+        }
+        return code;
+    }
+
+    /// Those of rows[] of rows_of_cells() in kernels/common.clh, which begin with three channels that are shown.
+    std::string store_rows() const {
+        std::string code;
+        for (int half = 0; half < 4; ++half) {
+            const std::string place = fmt::format("shown{} + {}", half / 2, half % 2 * 4 * presented_.format.channels);
+            code += fmt::format("    rows[{0}] = rows[{0}] > 0 ? min(rows[{0}], 1.0f) : (float16)(0.0f);\n", half);
+            if (presented_.format.channels == 4) {
+                code += fmt::format("    rows[{}].s37bf = 1.0f;\n", half);
+                code += store_elements(fmt::format("rows[{}]", half), 16, place);
+            } else {
+                code += store_elements(fmt::format("rows[{}].s01245689", half), 8, place);
+                code += store_elements(fmt::format("rows[{}].sacde", half), 4, place + " + 8");
+            }
+        }
+        return code;
+    }
+
+  private:
+    /// As WRITE_uchar, WRITE_half and WRITE_float do.
+    std::string store_elements(const std::string& elements, int width, const std::string& place) const {
+        const std::string lanes = width == 1 ? "" : std::to_string(width);
+        const std::string vector = fmt::format("({})({})", vector_type("float", width), elements);
+        switch (presented_.format.type) {
+            case ElementType::u8:
+                return width == 1 ? fmt::format("    *({}) = (uchar)({} * 255.0f + 0.5f);\n", place, vector)
+                                  : fmt::format("    vstore{0}(convert_uchar{0}({1} * 255.0f + 0.5f), 0, {2});\n",
+                                                lanes, vector, place);
+            case ElementType::f16:
+                return fmt::format("    vstore_half{}({}, 0, {});\n", lanes, vector, place);
+            case ElementType::f32:
+                return width == 1 ? fmt::format("    *({}) = {};\n", place, vector)
+                                  : fmt::format("    vstore{}({}, 0, {});\n", lanes, vector, place);
+        }
+        throw std::logic_error("unknown element type");
+    }
+
+    std::string_view type() const { return opencl_type(presented_.format.type); }
+
+    Presented presented_;
+    int cell_;
+};
+
+/// The program for vectors of so many pixels: operands and steps, without the end of the block. Variable vN_C is
+/// channel C of operand N; those that are the results are appended to `results`.
+std::string steps(const graph::Pointwise& program, const std::vector<Access>& inputs, int width,
+                  const std::function<std::string(const Access& input, int c)>& load,
+                  std::vector<std::string>& results) {
+    const std::string type = vector_type("float", width);
     std::string code = "    {\n";
     std::vector<int> channels;
     const auto variable = [&](int operand, int c) {
@@ -243,7 +360,7 @@ std::string body(const graph::Pointwise& program, const std::vector<Access>& inp
     for (const Access& input : inputs) {
         const int operand = static_cast<int>(channels.size());
         channels.push_back(input.channels());
-        for (int c = 0; c < input.channels(); ++c) define(operand, c, input.load(c, pixels));
+        for (int c = 0; c < input.channels(); ++c) define(operand, c, load(input, c));
     }
     for (const Step& step : program.steps) {
         const int operand = static_cast<int>(channels.size());
@@ -252,24 +369,46 @@ std::string body(const graph::Pointwise& program, const std::vector<Access>& inp
         if (is_across_channels(step)) {
             std::vector<std::string> operands;
             for (int c = 0; c < count; ++c) operands.push_back(variable(step.operands[0], c));
-            code += across_channels(step, operands, fmt::format("v{}_", operand), pixels.width);
+            code += across_channels(step, operands, fmt::format("v{}_", operand), width);
             channels.push_back(step.function == Step::Function::softmax ? count : step.groups);
             continue;
         }
         for (int c = 0; c < count; ++c) {
             std::vector<std::string> operands;
             for (const int from : step.operands) operands.push_back(variable(from, c));
-            define(operand, c, expression(step, operands, c, pixels.width));
+            define(operand, c, expression(step, operands, c, width));
         }
         channels.push_back(count);
     }
-    std::vector<std::string> results;
     for (const int result : program.results)
         for (int c = 0; c < channels[result]; ++c) results.push_back(variable(result, c));
-    return code + output.store(results, pixels) + "    }\n";
+    return code;
 }
 
-Lowered lower(const Problem& problem, const Choices& choices, int cell) {
+/// The program for some of a cell's pixels.
+std::string body(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output,
+                 const std::optional<CallersImage>& image, Run pixels) {
+    std::vector<std::string> results;
+    std::string code = steps(
+        program, inputs, pixels.width, [&](const Access& input, int c) { return input.load(c, pixels); }, results);
+    code += output.store(results, pixels);
+    if (image) code += image->store(results, pixels);
+    return code + "    }\n";
+}
+
+/// The program for four cells of 2×2 pixels side by side.
+std::string body_of_four(const graph::Pointwise& program, const std::vector<Access>& inputs, const Access& output,
+                         const std::optional<CallersImage>& image) {
+    std::vector<std::string> results;
+    std::string code = steps(
+        program, inputs, 16, [](const Access& input, int c) { return input.load_four(c); }, results);
+    code += fmt::format("    float16 rows[4] = {{{}}};\n    rows_of_cells(rows);\n", fmt::join(results, ", "));
+    code += output.store_rows();
+    if (image) code += image->store_rows();
+    return code + "    }\n";
+}
+
+Lowered lower(const Problem& problem, const Choices& choices, int cell, bool by_fours = false) {
     const auto& program = std::get<graph::Pointwise>(problem.node.op);
     KernelCall call;
     call.file = call.entry = "pointwise";
@@ -292,25 +431,41 @@ Lowered lower(const Problem& problem, const Choices& choices, int cell) {
     add_tensor(call, "OUT", problem.output);
     const Access output(problem.output, "", "OUT", "out", cell);
     call.arguments.push_back({ArgumentKind::output});
+    std::optional<CallersImage> image;
+    if (problem.presented) {
+        image.emplace(*problem.presented, cell);
+        call.arguments.insert(call.arguments.end(), {{ArgumentKind::target}, {ArgumentKind::target_offset}});
+    }
     call.arguments.push_back({ArgumentKind::frame});
 
     call.source = fmt::format(
         "kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void pointwise(\n"
-        "    Sizes given, {}{}, Frame frame) {{\n"
+        "    Sizes given, {}{}, {}Frame frame) {{\n"
         "    TAKE(sizes);\n"
         "    const int y = ROW_ITEM(1), first = (int)get_global_id(0) * {};\n",
-        parameters, output.parameter(), strip);
+        parameters, output.parameter(), image ? CallersImage::parameters() : "", strip);
     // A loop, even of one turn, keeps compilers from making vectors of work-items.
-    call.source += strip == 1 ? fmt::format(
-                                    "    const int x = first;\n"
-                                    "    if (x >= OUT_WIDTH / {0} || y >= OUT_HEIGHT / {0}) return;\n    {{\n",
-                                    cell)
-                              : fmt::format(
-                                    "    if (y >= OUT_HEIGHT / {0}) return;\n"
-                                    "    for (int x = first; x < min(first + {1}, OUT_WIDTH / {0}); ++x) {{\n",
-                                    cell, strip);
-    call.source += pointers + output.point(problem.output);
-    for (const Run pixels_of_cell : runs(cell * cell)) call.source += body(program, inputs, output, pixels_of_cell);
+    pointers += output.point(problem.output);
+    if (image) pointers += image->point();
+    if (strip == 1) {
+        call.source += fmt::format(
+            "    const int x = first;\n"
+            "    if (x >= OUT_WIDTH / {0} || y >= OUT_HEIGHT / {0}) return;\n    {{\n",
+            cell);
+    } else {
+        call.source += fmt::format(
+            "    if (y >= OUT_HEIGHT / {0}) return;\n"
+            "    const int end = min(first + {1}, OUT_WIDTH / {0});\n"
+            "    int x = first;\n",
+            cell, strip);
+        if (by_fours)
+            call.source += "    for (; x + 4 <= end; x += 4) {\n" + pointers +
+                           body_of_four(program, inputs, output, image) + "    }\n";
+        call.source += "    for (; x < end; ++x) {\n";
+    }
+    call.source += pointers;
+    for (const Run pixels_of_cell : runs(cell * cell))
+        call.source += body(program, inputs, output, image, pixels_of_cell);
     call.source += "    }\n}\n";
     return {std::move(call), std::nullopt};
 }
@@ -337,6 +492,22 @@ Lowered lower_cells(const Problem& problem, const Choices& choices) {
     return lower(problem, choices, common_block(problem));
 }
 
+/// Four cells of 2×2 pixels side by side fill a vector of sixteen, and their pixels one after another four more.
+int prefer_four_cells(const Problem& problem, const DeviceProfile& profile) {
+    const TensorLayout& output = problem.output;
+    const auto small = [](const TensorLayout& input) { return !input.tiled || input.samples == 2; };
+    const bool fits = common_block(problem) == 2 && output.block == 1 && output.channels == 4 && output.stride == 4 &&
+                      output.storage == Storage::f32 && (!problem.presented || problem.presented->first_channel == 0) &&
+                      std::all_of(problem.inputs.begin(), problem.inputs.end(), small);
+    return fits && !wants_many_work_items(profile) ? 3 : 0;
+}
+
+std::vector<Choices> four_cells_choices(const Problem&, const DeviceProfile&) {
+    return {{{"WG_X", 1}, {"WG_Y", 1}, {"STRIP", 64}}};
+}
+
+Lowered lower_four_cells(const Problem& problem, const Choices& choices) { return lower(problem, choices, 2, true); }
+
 std::vector<Choices> pixel_choices(const Problem& problem, const DeviceProfile& profile) {
     // Fewer channels than that make no vectors: those of pixels are better.
     constexpr int kManyChannels = 24;
@@ -354,8 +525,10 @@ Lowered lower_pixels(const Problem& problem, const Choices& choices) { return lo
 
 std::span<const Implementation> pointwise_implementations() {
     // The same program for one pixel, and for all pixels of a block at once, where a channel's are a vector.
-    static const Implementation implementations[] = {{"pointwise cells", prefer_cells, group_choices, lower_cells},
-                                                     {"pointwise", obvious, pixel_choices, lower_pixels}};
+    static const Implementation implementations[] = {
+        {"pointwise four cells", prefer_four_cells, four_cells_choices, lower_four_cells},
+        {"pointwise cells", prefer_cells, group_choices, lower_cells},
+        {"pointwise", obvious, pixel_choices, lower_pixels}};
     return implementations;
 }
 
