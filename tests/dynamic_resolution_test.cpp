@@ -102,7 +102,7 @@ struct Delay {
     }
 
     int channels;
-    UpscalerOptions options = {};
+    runtime::PlanOptions options = {};
 };
 
 struct Case {

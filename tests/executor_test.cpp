@@ -17,7 +17,7 @@ constexpr size_t kPixels = 15;
 
 /// An executor of a graph on the device under test.
 struct Running {
-    explicit Running(const graph::Graph& graph, UpscalerOptions given = {}) : options(std::move(given)) {
+    explicit Running(const graph::Graph& graph, PlanOptions given = {}) : options(std::move(given)) {
         const DeviceProfile profile = test_device().profile();
         plan = make_plan(graph, options, profile,
                          [&](const Problem& problem) { return built_in_selection(problem, profile); });
@@ -35,7 +35,7 @@ struct Running {
         return output[0];
     }
 
-    UpscalerOptions options;
+    PlanOptions options;
     std::unique_ptr<Plan> plan;
     std::vector<double> progress;
     std::optional<Executor> executor;
@@ -75,7 +75,7 @@ TEST_CASE("two executors of one plan's kind do not share their states") {
 TEST_CASE("views are read after a frame") {
     graph::Graph graph = accumulation();
     graph.views["accumulated"] = graph.output;
-    UpscalerOptions options;
+    PlanOptions options;
     options.views = {"accumulated"};
     Running running(graph, options);
     const float shown = running.run(0.5f);
@@ -113,7 +113,7 @@ TEST_CASE("invalid motion vectors are counted frame by frame") {
 }
 
 TEST_CASE("with a profile, every stage of every frame has its time, and none that was run to compile") {
-    UpscalerOptions options;
+    PlanOptions options;
     options.profile = true;
     // Colours that are shown as they are made are written by who makes them.
     SUBCASE("presented as they are made") {}

@@ -126,9 +126,9 @@ Planes expected_depth(const Planes& raw, DepthEncoding encoding, double near_pla
     });
 }
 
-UpscalerOptions formats(ElementType color, int color_channels, ElementType depth, int depth_channels,
+StreamOptions formats(ElementType color, int color_channels, ElementType depth, int depth_channels,
                         ElementType motion, int motion_channels) {
-    UpscalerOptions options;
+    StreamOptions options;
     options.color_format = {color, color_channels};
     options.depth_format = {depth, depth_channels};
     options.motion_format = {motion, motion_channels};
@@ -153,7 +153,7 @@ Planes some_depth(graph::Shape shape) {
 }
 
 /// Colour, depth, both jitters and the scale as neighbours in wider cells, as ENSS has them; motion on its own.
-void check_frame(Size size, const UpscalerOptions& options, Storage storage, float exposure = 1) {
+void check_frame(Size size, const StreamOptions& options, Storage storage, float exposure = 1) {
     const graph::Shape color_shape{3, size.height, size.width}, plane_shape{1, size.height, size.width};
     const bool u8 = options.color_format.type == ElementType::u8;
     std::mt19937 random(6);
@@ -202,7 +202,7 @@ TEST_CASE("ingest reads every format") {
 }
 
 TEST_CASE("ingest tone-maps linear colour") {
-    UpscalerOptions options = formats(ElementType::f32, 3, ElementType::f32, 1, ElementType::f32, 2);
+    StreamOptions options = formats(ElementType::f32, 3, ElementType::f32, 1, ElementType::f32, 2);
     options.color_space = ColorSpace::linear;
     check_frame({64, 9}, options, Storage::f32);
     check_frame({64, 9}, options, Storage::f32, 0.01f);
@@ -218,7 +218,7 @@ TEST_CASE("ingest makes depth linear") {
                 CAPTURE(projective);
                 CAPTURE(reversed);
                 CAPTURE(far_plane);
-                UpscalerOptions options;
+                StreamOptions options;
                 options.depth = {projective, reversed};
                 const RawImage depth = raw_image(some_depth(shape), options.depth_format, 0, 0);
                 runtime::IngestProblem problem;
@@ -257,7 +257,7 @@ TEST_SUITE("small") {
         }
         REQUIRE(invalid == 6);
 
-        UpscalerOptions options;
+        StreamOptions options;
         runtime::IngestProblem problem;
         problem.motion = pixel_layout(shape, Storage::f32);
         problem.options = &options;

@@ -125,7 +125,7 @@ TEST_SUITE("small") {
     TEST_CASE("a kernel whose work-groups bands would cut is refused, with its operator's name") {
         Graph graph;
         graph.output = graph.clamp(graph.input(Resource::color, {8, 64}), 0, 1, "the limits");
-        UpscalerOptions options;
+        PlanOptions options;
         DeviceProfile profile;
         profile.memory_alignment = 128;
         const auto plan = [&](size_t group_rows, size_t items) {
@@ -227,7 +227,7 @@ TEST_SUITE("small") {
     }
 
     TEST_CASE("a program presents the output where it is the last to write it, as it is stored and shown") {
-        const auto presenting = [](const Graph& graph, const UpscalerOptions& options) {
+        const auto presenting = [](const Graph& graph, const PlanOptions& options) {
             DeviceProfile profile;
             profile.half_storage = true;
             const auto plan = make_plan(graph, options, profile,
@@ -238,7 +238,7 @@ TEST_SUITE("small") {
         const Value color = graph.input(Resource::color, {6, 4});
         const Value blend = graph.clamp(color, 0, 1, "blend");
         graph.output = blend;
-        UpscalerOptions options;
+        PlanOptions options;
         CHECK(presenting(graph, options) == "blend");
         SUBCASE("not as light") { options.color_space = ColorSpace::linear; }
         SUBCASE("not in half") { options.precision = Precision::fp16; }

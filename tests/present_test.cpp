@@ -65,7 +65,7 @@ class Target {
     cl::Buffer buffer_;
 };
 
-Planes run_present(const Planes& output, const runtime::TensorLayout& layout, const UpscalerOptions& options,
+Planes run_present(const Planes& output, const runtime::TensorLayout& layout, const StreamOptions& options,
                    float exposure) {
     const Device device = test_device();
     ocl::Context& context = device.context();
@@ -87,7 +87,7 @@ double transfer(double v) { return v < 0.0031308 ? 12.92 * v : 1.055 * std::pow(
 double unit(double v) { return v > 0 ? std::min(v, 1.0) : 0; }
 
 /// What the target should hold, before it is stored.
-Planes expected_target(const Planes& output, const UpscalerOptions& options, double exposure) {
+Planes expected_target(const Planes& output, const StreamOptions& options, double exposure) {
     graph::Shape shape = output.shape;
     shape.channels = options.output_format.channels;
     return planes(shape, [&](int c, int x, int y) -> float {
@@ -111,7 +111,7 @@ Planes some_output(graph::Shape shape, Storage storage) {
 }
 
 /// That this is what was shown of the output.
-void check_shown(const Planes& result, const Planes& output, const UpscalerOptions& options, Storage storage) {
+void check_shown(const Planes& result, const Planes& output, const StreamOptions& options, Storage storage) {
     const Planes expected = expected_target(output, options, 1);
     const ElementType type = options.output_format.type;
     if (type == ElementType::u8) {
@@ -124,7 +124,7 @@ void check_shown(const Planes& result, const Planes& output, const UpscalerOptio
 
 void check_display(ImageFormat format, Storage storage, int block, graph::Shape shape) {
     CAPTURE(static_cast<int>(format.type));
-    UpscalerOptions options;
+    StreamOptions options;
     options.output_format = format;
     const Planes output = some_output(shape, storage);
     const auto layout = part_layout(shape, storage, block, 3 * block * block + 1, 1);
@@ -136,7 +136,7 @@ void check_display(ImageFormat format, Storage storage, int block, graph::Shape 
 void check_presented(ImageFormat format, int block, int copy_block, graph::Shape shape, int first = 0) {
     CAPTURE(static_cast<int>(format.type));
     CAPTURE(format.channels);
-    UpscalerOptions options;
+    StreamOptions options;
     options.output_format = format;
     const Planes image = some_output(shape, Storage::f32);
     const Planes output =
@@ -189,7 +189,7 @@ TEST_CASE("a program presents what it has made as present does") {
 }
 
 TEST_CASE("present turns display values back into light") {
-    UpscalerOptions options;
+    StreamOptions options;
     options.color_space = ColorSpace::linear;
     const graph::Shape shape{3, 20, 65};
     const Planes output = some_output(shape, Storage::f32);

@@ -49,7 +49,7 @@ std::vector<Model> models() {
 std::string chosen(const DeviceProfile& profile) {
     std::map<std::string, std::set<std::string>> kernels;
     constexpr Size kRender{960, 540};
-    const UpscalerOptions options;
+    const runtime::PlanOptions options;
     for (const Model& model : models()) {
         const auto plan =
             make_plan(build_graph(model, kRender, output_size(kRender, model.scale()), options), options, profile,

@@ -28,7 +28,7 @@ namespace {
 
 /// The programs of a model at a size, as a device of this class would run it.
 std::set<std::string> programs_of(const Model& model, Size render, const DeviceProfile& profile, int band_rows = 0) {
-    UpscalerOptions options;
+    runtime::PlanOptions options;
     options.band_rows = band_rows;
     const Size output = output_size(render, model.scale());
     const auto plan = runtime::make_plan(

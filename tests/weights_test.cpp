@@ -53,7 +53,7 @@ struct Network {
         return bytes;
     }
 
-    UpscalerOptions options;
+    runtime::PlanOptions options;
     std::unique_ptr<Plan> plan;
     std::optional<Kernels> kernels;
     std::optional<Weights> weights;

@@ -71,7 +71,7 @@ void check_optional(std::string_view name, const Image& image, Size render, Size
 
 }  // namespace
 
-void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
+void check_options(const runtime::PlanOptions& options, const graph::Graph& graph) {
     constexpr int kMostChannels = 16;
     check_format("color_format", options.color_format, 3, kMostChannels);
     check_format("depth_format", options.depth_format, 1, kMostChannels);
@@ -81,8 +81,6 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
     if (options.output_format.type == ElementType::u8 && options.color_space == ColorSpace::linear)
         fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
-    if (!(options.sharpen >= 0 && options.sharpen <= 1))
-        fail(ErrorKind::invalid_argument, "options.sharpen: {}; must be from 0 to 1", options.sharpen);
     if (options.band_rows < 0)
         fail(ErrorKind::invalid_argument, "options.band_rows: {}; 0 chooses, else it is 1 or more", options.band_rows);
     for (const std::string& view : options.views) {
@@ -94,7 +92,7 @@ void check_options(const UpscalerOptions& options, const graph::Graph& graph) {
     }
 }
 
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, const FrameSizes& sizes, Needs needs,
+void check_frame(const FrameDescription& frame, const StreamOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context) {
     check_image("color", frame.color, options.color_format, sizes.color, context);
     if (needs.depth) check_image("depth", frame.depth, options.depth_format, sizes.render, context);

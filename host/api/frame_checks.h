@@ -1,12 +1,13 @@
 #pragma once
 
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "graph/graph.h"
+#include "runtime/plan.h"
 
 namespace clarus {
 
 /// Errors: invalid_argument, naming the option.
-void check_options(const UpscalerOptions& options, const graph::Graph& graph);
+void check_options(const runtime::PlanOptions& options, const graph::Graph& graph);
 
 /// What frames must bring beside colour.
 struct Needs {
@@ -19,7 +20,7 @@ struct FrameSizes {
 };
 
 /// Errors: invalid_argument, naming the field of the frame description. Buffers must be of `context` and large enough.
-void check_frame(const FrameDescription& frame, const UpscalerOptions& options, const FrameSizes& sizes, Needs needs,
+void check_frame(const FrameDescription& frame, const StreamOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context);
 
 /// One coordinate of q (conventions.md, "Sample position").

@@ -43,18 +43,11 @@ SizedGraph build(Size render, Size output) {
     return {std::move(graph), {.color = output, .render = render, .output = output}, scale};
 }
 
-UpscalerOptions stream_options(const InterpolatorOptions& options) {
-    UpscalerOptions result;
-    static_cast<StreamOptions&>(result) = options;
-    return result;
-}
-
 }  // namespace
 
 struct Interpolator::State {
     State(Device device, Size render, Size output, const InterpolatorOptions& options)
-        : stream(
-              std::move(device), [output](Size of) { return build(of, output); }, render, stream_options(options)) {}
+        : stream(std::move(device), [output](Size of) { return build(of, output); }, render, {options, 0, {}}) {}
     Stream stream;
 };
 

@@ -8,7 +8,7 @@
 
 namespace clarus {
 
-Stream::Stream(Device device, Build build, Size render, UpscalerOptions options)
+Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options)
     : device_(std::move(device)),
       build_(std::move(build)),
       options_(std::move(options)),

@@ -29,7 +29,7 @@ class Stream {
     using Build = std::function<SizedGraph(Size render)>;
 
     /// Plans; allocates and compiles nothing yet. Errors: invalid_argument, naming the option; those of `build`.
-    Stream(Device device, Build build, Size render, UpscalerOptions options);
+    Stream(Device device, Build build, Size render, runtime::PlanOptions options);
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
@@ -64,7 +64,7 @@ class Stream {
 
     Device device_;
     Build build_;
-    UpscalerOptions options_;
+    runtime::PlanOptions options_;
     SizedGraph largest_;
     FrameSizes sizes_;  // of the last frame
     double scale_;      // likewise

@@ -5,6 +5,7 @@
 #include "api/build_graph.h"
 #include "api/effects.h"
 #include "api/stream.h"
+#include "base/error.h"
 #include "base/log.h"
 #include "cl/error.h"
 #include "runtime/executor.h"
@@ -14,6 +15,12 @@ namespace {
 
 // pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
 constexpr double kTrainedJitterDistance = 0.01;
+
+runtime::PlanOptions plan_options(const UpscalerOptions& options) {
+    if (!(options.sharpen >= 0 && options.sharpen <= 1))
+        fail(ErrorKind::invalid_argument, "options.sharpen: {}; must be from 0 to 1", options.sharpen);
+    return {options, options.band_rows, options.views};
+}
 
 }  // namespace
 
@@ -41,7 +48,7 @@ struct Upscaler::State {
         : model(std::move(used_model)),
           stream(
               std::move(device), [this, options](Size render) { return build(render, options); }, render_size,
-              options) {}
+              plan_options(options)) {}
 
     SizedGraph build(Size render, const UpscalerOptions& options) const {
         const auto [scale, own] = model_sizes(model, render, options.output_size);

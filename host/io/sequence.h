@@ -9,7 +9,7 @@
 
 #include "base/rounding.h"
 #include "clarus/types.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "io/image.h"
 
 namespace clarus::io {

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "clarus/upscaler.h"
+#include "clarus/device.h"
+#include "clarus/stream.h"
 #include "measure/host_facts.h"
 #include "measure/statistics.h"
 

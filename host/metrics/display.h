@@ -1,6 +1,6 @@
 #pragma once
 
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "io/image.h"
 
 namespace clarus::metrics {

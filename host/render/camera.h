@@ -3,7 +3,7 @@
 #include <Imath/ImathVec.h>
 
 #include "clarus/types.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 
 namespace clarus::render {
 

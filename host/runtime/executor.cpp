@@ -37,18 +37,18 @@ std::vector<const KernelCall*> calls_of(const Plan& plan, const Plan* other, con
     return calls;
 }
 
-KernelCall present_call(const Plan& plan, const UpscalerOptions& options) {
+KernelCall present_call(const Plan& plan, const StreamOptions& options) {
     if (plan.presenting >= 0) return plan.stages[plan.presenting].lowered.call;
     return present(plan.layout.layouts[plan.layout.graph.output], options);
 }
 
 /// Adds what reads and writes the caller's formats.
-void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan, const UpscalerOptions& options) {
+void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan, const StreamOptions& options) {
     const KernelCall first = ingest(plan.ingest), last = present_call(plan, options);
     kernels.add(context, {&first, &last});
 }
 
-Kernels port_kernels(ocl::Context& context, const Plan& plan, const Plan* other, const UpscalerOptions& options) {
+Kernels port_kernels(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options) {
     Kernels kernels(context, {});
     add_port_kernels(kernels, context, plan, options);
     if (other) add_port_kernels(kernels, context, *other, options);
@@ -57,7 +57,7 @@ Kernels port_kernels(ocl::Context& context, const Plan& plan, const Plan* other,
 
 }  // namespace
 
-Executor::Executor(ocl::Context& context, const Plan& plan, const Plan* other, const UpscalerOptions& options,
+Executor::Executor(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options,
                    const std::function<void(double)>& progress)
     : context_(context),
       plan_(&plan),
@@ -123,7 +123,7 @@ void Executor::change_plan(const Plan& plan, bool keeps_states) {
     make_stages();
 }
 
-size_t Executor::staging_bytes(const Plan& plan, bool resizes, const UpscalerOptions& options) {
+size_t Executor::staging_bytes(const Plan& plan, bool resizes, const StreamOptions& options) {
     return Ports::bytes(plan, options) + sizeof(cl_uint) + (resizes ? StateResizing::bytes(plan) : 0);
 }
 

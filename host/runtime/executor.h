@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cl/context.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "runtime/arena.h"
 #include "runtime/launch.h"
 #include "runtime/plan.h"
@@ -31,7 +31,7 @@ class Executor {
     /// The plan that is run, at first of the largest size, and `options` outlive the executor. `other`: a plan of the
     /// same network at a smaller size, where the size will change, else null; the kernels that it adds are compiled,
     /// too. `progress` is called with 0…1 while the driver finishes kernels.
-    Executor(ocl::Context& context, const Plan& plan, const Plan* other, const UpscalerOptions& options,
+    Executor(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options,
              const std::function<void(double)>& progress);
 
     /// Waits for frames on their way: they use memory of the executor's and of the caller's.
@@ -54,7 +54,7 @@ class Executor {
     std::vector<float> read(graph::Value value) const;
 
     /// Bytes that copies of host images take on the device, were all images in host memory, and what resizing needs.
-    static size_t staging_bytes(const Plan& plan, bool resizes, const UpscalerOptions& options);
+    static size_t staging_bytes(const Plan& plan, bool resizes, const StreamOptions& options);
 
     double largest_jitter_distance() const { return weights_.largest_jitter_distance(); }
     Profiler& profiler() { return profiler_; }
@@ -81,7 +81,7 @@ class Executor {
 
     ocl::Context& context_;
     const Plan* plan_;
-    const UpscalerOptions& options_;
+    const StreamOptions& options_;
     const int compiled_before_;  // programs, when the constructor began
     Kernels port_kernels_;
     Kernels kernels_;  // apart: a network's do not depend on the caller's formats

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "clarus/device.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "graph/graph.h"
 #include "runtime/layout.h"
 

@@ -16,7 +16,7 @@ std::string source_options(std::string_view name, const ImageFormat& format) {
 }  // namespace
 
 KernelCall ingest(const IngestProblem& problem) {
-    const UpscalerOptions& options = *problem.options;
+    const StreamOptions& options = *problem.options;
     KernelCall call;
     call.file = call.entry = "ingest";
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <optional>
 
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "runtime/implementation.h"
 
 namespace clarus::runtime {
@@ -11,7 +11,7 @@ namespace clarus::runtime {
 /// Where the canonical inputs go; what the pipeline does not use has no layout.
 struct IngestProblem {
     std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale;
-    const UpscalerOptions* options = nullptr;  // formats, colour space, encodings
+    const StreamOptions* options = nullptr;  // formats, colour space, encodings
 };
 
 /// What ingest writes, in the order of its arguments of kind `input`.
@@ -27,6 +27,6 @@ KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR
 /// again.
-KernelCall present(const TensorLayout& output, const UpscalerOptions& options);
+KernelCall present(const TensorLayout& output, const StreamOptions& options);
 
 }  // namespace clarus::runtime

@@ -25,7 +25,7 @@ double tensor_bytes(const TensorLayout& layout) {
            bytes_of(layout.storage);
 }
 
-IngestProblem ingest_problem(const LayoutPlan& plan, const UpscalerOptions& options) {
+IngestProblem ingest_problem(const LayoutPlan& plan, const StreamOptions& options) {
     IngestProblem problem;
     problem.options = &options;
     for (Value value = 0; value < static_cast<Value>(plan.graph.nodes.size()); ++value) {
@@ -96,7 +96,7 @@ std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const s
 
 /// The pipeline's output within the result of a stage that could present it, if it is there as it would be read again.
 std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLayout& output,
-                                      const UpscalerOptions& options) {
+                                      const StreamOptions& options) {
     const TensorLayout& result = stage.problem.output;
     const bool plain = options.color_space == ColorSpace::srgb && output.storage == Storage::f32;
     if (!plain || !std::holds_alternative<graph::Pointwise>(stage.problem.node.op) || result.block != output.block ||
@@ -109,7 +109,7 @@ std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLay
 
 /// Has the stage that is the last to write where the pipeline's output is write it to the caller's image, too: what it
 /// has in its registers need not be read again.
-void present_early(Plan& plan, const UpscalerOptions& options) {
+void present_early(Plan& plan, const StreamOptions& options) {
     const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
     const auto last = std::find_if(plan.stages.rbegin(), plan.stages.rend(), [&](const PlannedStage& stage) {
         return stage.problem.output.memory == output.memory;
@@ -132,7 +132,7 @@ std::map<int, Lowered> Plan::convolutions() const {
     return result;
 }
 
-std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
+std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& options, const DeviceProfile& profile,
                                 const std::function<Selection(const Problem&)>& select,
                                 const std::vector<BandChoice>& bands) {
     auto plan = std::make_unique<Plan>();

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "graph/graph.h"
 #include "runtime/bands.h"
 #include "runtime/implementation.h"
@@ -47,9 +47,14 @@ struct Plan {
     std::map<int, Lowered> convolutions() const;  // by index into layout.graph.parameters
 };
 
+struct PlanOptions : StreamOptions {
+    int band_rows = 0;               // of the output, in a band; 0 chooses (UpscalerOptions::band_rows)
+    std::vector<std::string> views;  // intermediates to keep readable
+};
+
 /// Fuses, lays out, places and chooses kernels. `select` chooses an operator's kernel. Views that `options` does not
 /// name are not kept. `bands`: the band_choices of a plan of the same network at another size, to work as it does.
-std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const UpscalerOptions& options, const DeviceProfile& profile,
+std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& options, const DeviceProfile& profile,
                                 const std::function<Selection(const Problem&)>& select,
                                 const std::vector<BandChoice>& bands = {});
 

@@ -12,7 +12,7 @@ using graph::Resource;
 
 constexpr std::array kResources{Resource::color, Resource::depth, Resource::motion};
 
-const ImageFormat& format_of(Resource resource, const UpscalerOptions& options) {
+const ImageFormat& format_of(Resource resource, const StreamOptions& options) {
     switch (resource) {
         case Resource::color:
             return options.color_format;
@@ -40,12 +40,12 @@ Size size_of(const TensorLayout& layout) { return {layout.width, layout.height};
 
 const TensorLayout& output_of(const Plan& plan) { return plan.layout.layouts[plan.layout.graph.output]; }
 
-size_t input_bytes(Resource resource, const Plan& plan, const UpscalerOptions& options) {
+size_t input_bytes(Resource resource, const Plan& plan, const StreamOptions& options) {
     const std::optional<TensorLayout>& layout = layout_of(resource, plan.ingest);
     return layout ? tight_bytes(size_of(*layout), format_of(resource, options)) : 0;
 }
 
-size_t output_bytes(const Plan& plan, const UpscalerOptions& options) {
+size_t output_bytes(const Plan& plan, const StreamOptions& options) {
     return tight_bytes(size_of(output_of(plan)), options.output_format);
 }
 
@@ -59,7 +59,7 @@ double tensor_bytes(const TensorLayout& layout) {
 
 }  // namespace
 
-Ports::Ports(ocl::Context& context, const Plan& plan, const UpscalerOptions& options, Profiler& profiler)
+Ports::Ports(ocl::Context& context, const Plan& plan, const StreamOptions& options, Profiler& profiler)
     : context_(context), options_(options), profiler_(profiler), output_bytes_(output_bytes(plan, options)) {
     for (const Resource resource : kResources)
         input_bytes_[static_cast<int>(resource)] = input_bytes(resource, plan, options);
@@ -129,13 +129,13 @@ void Ports::stand_in(const Plan& plan, Bindings& ingest, Bindings& present) cons
     present.target_offset = offset_and_pitch(0, tight_pitch(size_of(output_of(plan)), options_.output_format));
 }
 
-size_t Ports::bytes(const Plan& plan, const UpscalerOptions& options) {
+size_t Ports::bytes(const Plan& plan, const StreamOptions& options) {
     size_t bytes = output_bytes(plan, options);
     for (const Resource resource : kResources) bytes += input_bytes(resource, plan, options);
     return bytes;
 }
 
-double ingest_bytes(const Plan& plan, const UpscalerOptions& options) {
+double ingest_bytes(const Plan& plan, const StreamOptions& options) {
     double bytes = 0;
     for (const Resource resource : kResources) bytes += static_cast<double>(input_bytes(resource, plan, options));
     for (const auto* written : destinations(plan.ingest))
@@ -143,7 +143,7 @@ double ingest_bytes(const Plan& plan, const UpscalerOptions& options) {
     return bytes;
 }
 
-double present_bytes(const Plan& plan, const UpscalerOptions& options) {
+double present_bytes(const Plan& plan, const StreamOptions& options) {
     return tensor_bytes(output_of(plan)) + static_cast<double>(output_bytes(plan, options));
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "cl/context.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 #include "runtime/launch.h"
 #include "runtime/plan.h"
 #include "runtime/profiler.h"
@@ -14,7 +14,7 @@ namespace clarus::runtime {
 class Ports {
   public:
     /// Copies are made as large as `plan` needs them, when they are first needed. `options` outlives the ports.
-    Ports(ocl::Context& context, const Plan& plan, const UpscalerOptions& options, Profiler& profiler);
+    Ports(ocl::Context& context, const Plan& plan, const StreamOptions& options, Profiler& profiler);
 
     /// Declares the copies to the profiler.
     void add_stages();
@@ -31,13 +31,13 @@ class Ports {
     void stand_in(const Plan& plan, Bindings& ingest, Bindings& present) const;
 
     /// Bytes of the copies, were all images on the host.
-    static size_t bytes(const Plan& plan, const UpscalerOptions& options);
+    static size_t bytes(const Plan& plan, const StreamOptions& options);
 
   private:
     void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
 
     ocl::Context& context_;
-    const UpscalerOptions& options_;
+    const StreamOptions& options_;
     Profiler& profiler_;
     int upload_stage_ = -1, read_back_stage_ = -1;
     std::array<size_t, 3> input_bytes_;  // of copies, by graph::Resource
@@ -47,7 +47,7 @@ class Ports {
 };
 
 /// A frame's bytes that ingest reads and writes, and that present does.
-double ingest_bytes(const Plan& plan, const UpscalerOptions& options);
-double present_bytes(const Plan& plan, const UpscalerOptions& options);
+double ingest_bytes(const Plan& plan, const StreamOptions& options);
+double present_bytes(const Plan& plan, const StreamOptions& options);
 
 }  // namespace clarus::runtime

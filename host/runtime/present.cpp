@@ -5,7 +5,7 @@
 
 namespace clarus::runtime {
 
-KernelCall present(const TensorLayout& output, const UpscalerOptions& options) {
+KernelCall present(const TensorLayout& output, const StreamOptions& options) {
     const ImageFormat& format = options.output_format;
     KernelCall call;
     call.file = call.entry = "present";

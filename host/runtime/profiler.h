@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cl/opencl.h"
-#include "clarus/upscaler.h"
+#include "clarus/stream.h"
 
 namespace clarus::runtime {
 

@@ -4,7 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "clarus/upscaler.h"
+#include "clarus/device.h"
+#include "clarus/stream.h"
 
 namespace clarus {
 
