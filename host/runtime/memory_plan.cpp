@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <random>
 #include <utility>
 
 namespace clarus::runtime {
@@ -87,12 +88,8 @@ std::vector<Block> make_blocks(const LayoutPlan& plan, const std::vector<Span>& 
     return blocks;
 }
 
-/// The largest first, each at the lowest offset where it meets nothing that is needed at the same time.
-size_t place(std::vector<Block>& blocks) {
-    std::vector<int> order(blocks.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return blocks[a].bytes > blocks[b].bytes; });
-
+/// In this order, each at the lowest offset where it meets nothing that is needed at the same time.
+size_t place(std::vector<Block>& blocks, const std::vector<int>& order) {
     std::vector<const Block*> placed;  // by offset
     size_t arena = 0;
     for (const int index : order) {
@@ -112,7 +109,26 @@ size_t place(std::vector<Block>& blocks) {
     return arena;
 }
 
-size_t peak_live_bytes(const std::vector<Block>& blocks, int moments) {
+/// The largest first; where that leaves gaps, in the best of orders in which two at a time have changed places.
+size_t place(std::vector<Block>& blocks, size_t least) {
+    constexpr int kTries = 500;
+    std::vector<int> order(blocks.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return blocks[a].bytes > blocks[b].bytes; });
+    size_t best = place(blocks, order);
+    std::mt19937 random;  // the same plan every time
+    for (int tries = 0; tries < kTries && best > least; ++tries) {
+        std::vector<int> other = order;
+        std::swap(other[random() % other.size()], other[random() % other.size()]);
+        const size_t bytes = place(blocks, other);
+        if (bytes > best) continue;
+        best = bytes;
+        order = std::move(other);
+    }
+    return place(blocks, order);
+}
+
+size_t peak_live_bytes(const std::vector<Block>& blocks, int moments, size_t Block::*bytes) {
     size_t most = 0;
     for (int moment = 0; moment <= moments; ++moment) {
         const Span now{moment, moment};
@@ -120,7 +136,7 @@ size_t peak_live_bytes(const std::vector<Block>& blocks, int moments) {
         for (const Block& block : blocks)
             if (std::any_of(block.spans.begin(), block.spans.end(),
                             [&](const Span& span) { return span.overlaps(now); }))
-                live += block.values;
+                live += block.*bytes;
         most = std::max(most, live);
     }
     return most;
@@ -131,9 +147,10 @@ size_t peak_live_bytes(const std::vector<Block>& blocks, int moments) {
 MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vector<BandedNodes>& banded) {
     MemoryPlan result;
     std::vector<Block> blocks = make_blocks(plan, lifetimes(plan, banded), result.alternates);
-    result.peak_live_bytes = peak_live_bytes(blocks, static_cast<int>(plan.graph.nodes.size()) + 1);
+    const int moments = static_cast<int>(plan.graph.nodes.size()) + 1;
+    result.peak_live_bytes = peak_live_bytes(blocks, moments, &Block::values);
     for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
-    result.bytes = place(blocks);
+    result.bytes = place(blocks, peak_live_bytes(blocks, moments, &Block::bytes));
     result.places.resize(plan.memories.size());
     for (const Block& block : blocks)
         for (const int memory : block.memories) result.places[memory] = {block.offset, plan.memories[memory].bytes};
