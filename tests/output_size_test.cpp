@@ -26,7 +26,7 @@ Planes planes_of(const std::vector<float>& pixels, Size size) {
 std::vector<std::string> nodes(Size shown, const UpscalerOptions& options) {
     const Model model = Model::filter("bicubic", 2);
     const Size render{8, 6}, own = output_size(render, model.scale());
-    const graph::Graph graph = with_effects(build_graph(model, render, own, options), shown, options);
+    const graph::Graph graph = with_effects(build_graph(model, render, own, options.pipeline_options), shown, options);
     std::vector<std::string> names;
     for (const graph::Node& node : graph.nodes) names.push_back(node.name);
     return names;

@@ -51,9 +51,8 @@ std::string chosen(const DeviceProfile& profile) {
     constexpr Size kRender{960, 540};
     const runtime::PlanOptions options;
     for (const Model& model : models()) {
-        const auto plan =
-            make_plan(build_graph(model, kRender, output_size(kRender, model.scale()), options), options, profile,
-                      [&](const Problem& problem) { return built_in_selection(problem, profile); });
+        const auto plan = make_plan(build_graph(model, kRender, output_size(kRender, model.scale())), options, profile,
+                                    [&](const Problem& problem) { return built_in_selection(problem, profile); });
         for (const PlannedStage& stage : plan->stages) {
             const auto all = implementations(stage.problem.node);
             if (all.size() > 1) kernels[all.back().name].insert(stage.selection.implementation->name);

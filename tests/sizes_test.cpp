@@ -32,7 +32,7 @@ std::set<std::string> programs_of(const Model& model, Size render, const DeviceP
     options.band_rows = band_rows;
     const Size output = output_size(render, model.scale());
     const auto plan = runtime::make_plan(
-        build_graph(model, render, output, options), options, profile,
+        build_graph(model, render, output), options, profile,
         [&](const runtime::Problem& problem) { return runtime::built_in_selection(problem, profile); });
     std::set<std::string> programs;
     const auto add = [&](const runtime::KernelCall& call) { programs.insert(runtime::program_key(call)); };

@@ -32,9 +32,9 @@ void check_option(const Model& model, const std::string& name, double value) {
              found->range());
 }
 
-pipelines::PipelineOptions option_values(const Model& model, const UpscalerOptions& options) {
-    for (const auto& [name, value] : options.pipeline_options) check_option(model, name, value);
-    pipelines::PipelineOptions values = options.pipeline_options;
+pipelines::PipelineOptions option_values(const Model& model, const std::map<std::string, double>& options) {
+    for (const auto& [name, value] : options) check_option(model, name, value);
+    pipelines::PipelineOptions values = options;
     for (const PipelineOption& option : model.options()) values.try_emplace(option.name, option.usual);
     return values;
 }
@@ -75,10 +75,10 @@ ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size
     return {scale, model.tensors() ? output_size(render, scale) : *asked};
 }
 
-graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options,
-                         std::optional<double> scale) {
+graph::Graph build_graph(const Model& model, Size render, Size output,
+                         const std::map<std::string, double>& pipeline_options, std::optional<double> scale) {
     const double used = scale.value_or(model.scale());
-    const pipelines::PipelineOptions values = option_values(model, options);
+    const pipelines::PipelineOptions values = option_values(model, pipeline_options);
     for (const pipelines::FilterPipeline& filter : pipelines::filters())
         if (filter.name == model.pipeline()) return filter.build({used, render, output, values});
     for (const pipelines::Pipeline& pipeline : pipelines::pipelines())

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 
 #include "clarus/model.h"
 #include "clarus/types.h"
-#include "clarus/upscaler.h"
 #include "graph/graph.h"
 
 namespace clarus {
@@ -28,7 +29,7 @@ ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size
 
 /// What the model computes at this size, at its own scale or another that it has. Errors: invalid_argument, naming the
 /// model and the pipeline's option that it does not have or that is out of range.
-graph::Graph build_graph(const Model& model, Size render, Size output, const UpscalerOptions& options = {},
-                         std::optional<double> scale = {});
+graph::Graph build_graph(const Model& model, Size render, Size output,
+                         const std::map<std::string, double>& pipeline_options = {}, std::optional<double> scale = {});
 
 }  // namespace clarus

@@ -53,7 +53,7 @@ struct Upscaler::State {
     SizedGraph build(Size render, const UpscalerOptions& options) const {
         const auto [scale, own] = model_sizes(model, render, options.output_size);
         const Size output = shown_size(own, options.output_size);
-        return {with_effects(build_graph(model, render, own, options, scale), output, options),
+        return {with_effects(build_graph(model, render, own, options.pipeline_options, scale), output, options),
                 {.color = render, .render = render, .output = output},
                 scale};
     }
