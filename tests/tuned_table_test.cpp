@@ -74,7 +74,7 @@ TEST_CASE("what is shipped of measurements is about what shipped models ask for,
                     make_plan(
                         build_graph(model, render, output_size(render, model.scale()), options), options, profile,
                         [&](const Problem& problem) {
-                            const std::string key = problem_key(problem, profile);
+                            const std::string key = TunedTable::key_of(problem, profile);
                             const auto found = shipped->results().find(key);
                             if (found != shipped->results().end() && candidate_of(found->second, problem, profile))
                                 known.insert(key);
@@ -103,8 +103,11 @@ TEST_CASE("a table's choice is taken where it was faster by more than measuring 
         not_there.choices["OF_ANOTHER_RELEASE"] = 1;
         CHECK_FALSE(table(profile, not_there, 0.5, 1).find(convolution(), profile));
         Problem larger = convolution();
-        larger.output.width = 1 << 9;
-        CHECK_FALSE(table(profile, obvious, 0.5, 1).find(larger, profile));
+        larger.output.width = larger.inputs[0].width = 1 << 9;
+        CHECK(table(profile, obvious, 0.5, 1).find(larger, profile));
+        Problem half = convolution();
+        half.output.storage = half.inputs[0].storage = Storage::f16;
+        CHECK_FALSE(table(profile, obvious, 0.5, 1).find(half, profile));
     }
 }
 
