@@ -5,6 +5,7 @@
 #include <functional>
 #include <iterator>
 #include <numeric>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -123,6 +124,42 @@ kernel void scale(global float* v) { v[get_global_id(0)] = term_float(times(v[ge
         for (size_t unit = 0; unit < units.size(); ++unit)
             values.push_back(run(context, program, ocl::name_in_unit("scale", unit))[7]);
         CHECK(values == std::vector<float>{21, 21, 21});
+    }
+
+    TEST_CASE("units that a context has in one program are not compiled again in another") {
+        const TemporaryFolder folder;
+        const CacheFolder cache(folder.path());
+        const std::vector<ocl::ProgramUnit> units{
+            {"scale.cl", source, "-DFACTOR=2"}, {"scale.cl", source, "-DFACTOR=3"}, {"scale.cl", source, "-DFACTOR=4"}};
+        const auto check_sevens = [](ocl::Context& context, std::span<const ocl::ProgramUnit> asked,
+                                     const std::vector<float>& expected) {
+            std::vector<float> values;
+            for (const auto& [program, unit] : context.places(asked))
+                values.push_back(run(context, program, ocl::name_in_unit("scale", unit))[7]);
+            CHECK(values == expected);
+        };
+        const std::vector<ocl::ProgramUnit> others{units[2], units[0]};
+        const auto compiled = [&](const auto& use) {
+            const Device device = Device::open(test_selector());
+            use(device.context());
+            device.context().save_programs();
+            return device.context().programs_compiled();
+        };
+        CHECK(compiled([&](ocl::Context& context) {
+                  check_sevens(context, {units.data(), 2}, {14, 21});
+                  check_sevens(context, units, {14, 21, 28});
+                  check_sevens(context, others, {28, 14});
+              }) == 2);
+        // The same in the same order is on disk; and so are all of them, once they have been one program.
+        CHECK(compiled([&](ocl::Context& context) {
+                  check_sevens(context, {units.data(), 2}, {14, 21});
+                  check_sevens(context, units, {14, 21, 28});
+              }) == 0);
+        CHECK(compiled([&](ocl::Context& context) { check_sevens(context, units, {14, 21, 28}); }) == 1);
+        CHECK(compiled([&](ocl::Context& context) {
+                  check_sevens(context, {units.data() + 2, 1}, {28});  // which the disk has from the first
+                  check_sevens(context, units, {14, 21, 28});
+              }) == 0);
     }
 
     TEST_CASE("a kernel file is found by its name, with what is common before it") {

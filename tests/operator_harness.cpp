@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <sstream>
 
@@ -78,27 +77,6 @@ cl::Buffer device_copy(ocl::Context& context, const void* data, size_t bytes) {
     return buffer;
 }
 
-/// The programs of this process, by what a call's kernel is compiled from. They stay: at the process's exit the driver
-/// may be gone before them.
-std::map<std::string, std::shared_ptr<const runtime::Kernels>>& programs() {
-    static auto& instance = *new std::map<std::string, std::shared_ptr<const runtime::Kernels>>;
-    return instance;
-}
-
-/// Compiles what is not compiled yet of the calls, as one program.
-void compile(std::vector<const runtime::KernelCall*> calls) {
-    std::erase_if(calls,
-                  [](const runtime::KernelCall* call) { return programs().contains(runtime::program_key(*call)); });
-    if (calls.empty()) return;
-    const auto kernels = std::make_shared<const runtime::Kernels>(test_device().context(), calls);
-    for (const runtime::KernelCall* call : calls) programs()[runtime::program_key(*call)] = kernels;
-}
-
-const runtime::Kernels& kernels_of(const runtime::KernelCall& call) {
-    compile({&call});
-    return *programs().at(runtime::program_key(call));
-}
-
 /// A check whose kernels may be compiled together with others'.
 struct Check {
     runtime::KernelCall call;
@@ -140,7 +118,7 @@ cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered
     const cl::Buffer packed(context.context(), CL_MEM_READ_WRITE, lowered.packing->floats * sizeof(float));
     const runtime::PackLaunch::Source source{weights, set * parameters.weights_per_set(), biases,
                                              static_cast<size_t>(set) * parameters.out_channels};
-    runtime::PackLaunch(kernels_of(lowered.packing->call), *lowered.packing)
+    runtime::PackLaunch({context, {&lowered.packing->call}}, *lowered.packing)
         .enqueue(context.queue(), source, packed, 0);
     context.queue().finish();
     return packed;
@@ -202,7 +180,7 @@ Planes run_in_bands(const runtime::Problem& problem, const runtime::Lowered& low
     const int height = problem.output.height;
     const Device device = test_device();
     ocl::Context& context = device.context();
-    runtime::Launch launch(kernels_of(lowered.call), lowered.call);
+    runtime::Launch launch({context, {&lowered.call}}, lowered.call);
     runtime::Bindings bindings;
     bindings.inputs.resize(inputs.size());
     bindings.frame = frame;
@@ -301,7 +279,7 @@ Planes run(const runtime::Problem& problem, const runtime::Lowered& lowered, con
     bindings.frame = frame;
     if (lowered.packing) bindings.packed_weights = packed_weights(context, lowered, *problem.parameters, parameter_set);
 
-    runtime::Launch launch(kernels_of(lowered.call), lowered.call);
+    runtime::Launch launch({context, {&lowered.call}}, lowered.call);
     launch.bind(bindings);
     launch.enqueue(context.queue());
     return download(context, problem.output, bindings.output);
@@ -328,7 +306,7 @@ void check_together(const std::function<void()>& body) {
     collected = nullptr;
     std::vector<const runtime::KernelCall*> calls;
     for (const Check& check : checks) calls.push_back(&check.call);
-    compile(std::move(calls));
+    const runtime::Kernels together(test_device().context(), calls);  // the context keeps them
     for (const Check& check : checks) {
         INFO(check.context);
         check.make();

@@ -98,9 +98,9 @@ warp sharply: warp sharply
 )";
     const std::string vectors = R"(collect: collect lanes
 compose: compose lanes
-easu: easu strips
+easu: easu cells
 plain: direct, winograd
-pointwise: pointwise, pointwise cells
+pointwise: pointwise, pointwise cells, pointwise four cells
 rcas: rcas strips
 reproject: reproject strips
 resample: resample strips

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <numeric>
 #include <set>
 
 #include "base/log.h"
@@ -73,6 +75,37 @@ cl::Program Context::program(std::string_view file, std::string_view options) {
 cl::Program Context::program_from_source(std::string_view name, std::string_view source, std::string_view options) {
     const ProgramUnit unit{name, source, options};
     return program({&unit, 1});
+}
+
+std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
+    std::vector<UnitPlace> places(units.size());
+    std::vector<ProgramUnit> missing;
+    std::vector<size_t> of_missing;
+    const auto key_of = [](const ProgramUnit& unit) { return cache_key({unit.name, unit.source, unit.options}); };
+    {
+        const std::lock_guard lock(mutex_);
+        for (size_t i = 0; i < units.size(); ++i) {
+            if (const auto known = units_.find(key_of(units[i])); known != units_.end()) {
+                places[i] = known->second;
+            } else {
+                missing.push_back(units[i]);
+                of_missing.push_back(i);
+            }
+        }
+    }
+    if (missing.empty()) return places;
+    const bool on_disk = missing.size() < units.size() &&
+                         std::filesystem::exists(disk_cache_.path(cache_key({program_text(units), identity_})));
+    if (on_disk) {
+        missing.assign(units.begin(), units.end());
+        of_missing.resize(units.size());
+        std::iota(of_missing.begin(), of_missing.end(), size_t{0});
+    }
+    const cl::Program program_of_missing = program(missing);
+    const std::lock_guard lock(mutex_);
+    for (size_t i = 0; i < missing.size(); ++i)
+        units_[key_of(missing[i])] = places[of_missing[i]] = {program_of_missing, i};
+    return places;
 }
 
 cl::Program Context::program(std::span<const ProgramUnit> units) {

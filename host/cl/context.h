@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cl/disk_cache.h"
 #include "cl/kernel_source.h"
@@ -14,6 +15,12 @@
 #include "clarus/device.h"
 
 namespace clarus::ocl {
+
+/// A unit of a program: its kernels' names are those of name_in_unit(…, unit).
+struct UnitPlace {
+    cl::Program program;
+    size_t unit = 0;
+};
 
 /// A device, an OpenCL context on it, an in-order queue, and the programs built for it. Programs are kept in memory and
 /// on disk; where the driver keeps them itself, what is on disk only says that it has them. Thread-safe; two threads
@@ -41,6 +48,9 @@ class Context {
 
     /// One program of several files for several options (program_text). Errors: build, with the compiler's log.
     cl::Program program(std::span<const ProgramUnit> units);
+    /// Where the kernels of each unit are: in programs that this context has already, else in one program of all that
+    /// none has; or in the program of all of them, where that is on disk. Errors: as program().
+    std::vector<UnitPlace> places(std::span<const ProgramUnit> units);
     /// Of the kernel file `file`.cl alone, whose kernels keep their names. Errors: also invalid_argument where there is
     /// no such file.
     cl::Program program(std::string_view file, std::string_view options);
@@ -68,8 +78,9 @@ class Context {
     DiskCache disk_cache_;
     std::string identity_;  // of the device and its driver
     bool driver_keeps_programs_;
-    std::mutex mutex_;  // guards programs_ and unsaved_
+    std::mutex mutex_;  // guards what follows
     std::map<CacheKey, std::shared_future<cl::Program>> programs_;
+    std::map<CacheKey, UnitPlace> units_;  // of places()
     std::map<CacheKey, cl::Program> unsaved_;
     std::atomic<int> programs_compiled_ = 0;
 };

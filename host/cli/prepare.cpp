@@ -46,11 +46,11 @@ void run(const PrepareOptions& options) {
     for (const std::string& name : options.precisions) precisions.push_back(parse_precision(name));
     const std::vector<std::string> models = options.all ? Model::names() : options.models;
     for (const std::string& name : models) static_cast<void>(Model::find(name));  // before anything is compiled
-    for (const std::string& selector : options.devices) {
-        const Device device = Device::open(selector);
+    // A device's programs are shared by its models, and only what is new in one would be kept. Opened for each, it
+    // keeps what a process needs that begins with that model.
+    for (const std::string& selector : options.devices)
         for (const std::string& name : models)
-            for (const Precision precision : precisions) prepare(device, name, precision);
-    }
+            for (const Precision precision : precisions) prepare(Device::open(selector), name, precision);
 }
 
 }  // namespace

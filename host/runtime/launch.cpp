@@ -63,7 +63,7 @@ void Kernels::add(ocl::Context& context, const std::vector<const KernelCall*>& c
         units.push_back({files[i], source.empty() ? ocl::kernel_file(files[i]) : source, options[i]});
     }
     const auto compile_each = [&] {
-        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {context.program({&units[i], 1}), 0};
+        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = context.places({&units[i], 1}).front();
     };
     if (units.empty()) return;
     // Oclgrind takes the local memory of all kernels of a program to be each one's.
@@ -72,8 +72,8 @@ void Kernels::add(ocl::Context& context, const std::vector<const KernelCall*>& c
         return;
     }
     try {
-        const cl::Program program = context.program(units);
-        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = {program, i};
+        const std::vector<ocl::UnitPlace> places = context.places(units);
+        for (size_t i = 0; i < units.size(); ++i) places_[keys[i]] = places[i];
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::build) throw;
         compile_each();  // says which one it is; or, where a compiler takes each but not all at once, that will do
@@ -81,7 +81,7 @@ void Kernels::add(ocl::Context& context, const std::vector<const KernelCall*>& c
 }
 
 cl::Kernel Kernels::create(const KernelCall& call, const std::string& entry) const {
-    const Place& place = places_.at(program_key(call));
+    const ocl::UnitPlace& place = places_.at(program_key(call));
     const std::string name = ocl::name_in_unit(entry, place.unit);
     return ocl::checked("create kernel " + entry, [&] { return cl::Kernel(place.program, name.c_str()); });
 }

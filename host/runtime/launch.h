@@ -29,7 +29,10 @@ struct Bindings {
 /// All that a call's program depends on: calls of the same key have the same.
 std::string program_key(const KernelCall& call);
 
-/// The kernels of several calls, compiled as one program: to begin takes a compiler longer than most of them.
+/// The kernels of several calls, compiled as one program: to begin takes a compiler longer than most of them. Those
+/// that the context has from other calls are taken from there, so that a network of other views or storage costs what
+/// is new in it. The first network of a process, whose start counts, is one program, on disk too; what is new in a
+/// later one depends on those before it, and is found on disk where they are the same.
 class Kernels {
   public:
     /// Errors: build, of the first call alone that does not compile.
@@ -42,11 +45,7 @@ class Kernels {
     cl::Kernel create(const KernelCall& call, const std::string& entry) const;
 
   private:
-    struct Place {
-        cl::Program program;
-        size_t unit;
-    };
-    std::map<std::string, Place> places_;  // by file, options and source
+    std::map<std::string, ocl::UnitPlace> places_;  // by file, options and source
 };
 
 /// A kernel call made ready.

@@ -20,6 +20,7 @@
 #include "cl/event.h"
 #include "clarus/error.h"
 #include "runtime/launch.h"
+#include "runtime/tuned_table.h"
 
 namespace clarus::runtime {
 namespace {
@@ -49,15 +50,18 @@ std::string describe_layout(const TensorLayout& layout) {
                        std::lround(std::log2(static_cast<double>(layout.width) * layout.height)));
 }
 
-/// Everything that the fastest of the candidates depends on, and which they are: one that is new is to be measured.
-std::string key_of(const Problem& problem, const std::vector<Selection>& candidates) {
-    std::string key = implementations(problem.node).back().name;
-    for (const TensorLayout& input : problem.inputs) key += fmt::format(" of {}", describe_layout(input));
-    key += fmt::format(" to {}", describe_layout(problem.output));
-    const KernelCall obvious = candidates.back().lower(problem).call;  // is told all that layouts do not say
-    std::string described = obvious.options + obvious.source + '\n';
+/// The problem's key, and which candidates there are: one that is new is to be measured.
+std::string key_of(const Problem& problem, const DeviceProfile& profile, const std::vector<Selection>& candidates) {
+    std::string described;
     for (const Selection& candidate : candidates) described += candidate.describe() + '\n';
-    return key + fmt::format(", {:016x}", XXH3_64bits(described.data(), described.size()));
+    return fmt::format("{}, {:016x}", problem_key(problem, profile), XXH3_64bits(described.data(), described.size()));
+}
+
+std::optional<Selection> named_by(const TuningResult& result, const std::vector<Selection>& candidates) {
+    const auto fits = std::find_if(candidates.begin(), candidates.end(), [&](const Selection& candidate) {
+        return candidate.implementation->name == result.implementation && candidate.choices == result.choices;
+    });
+    return fits == candidates.end() ? std::nullopt : std::optional(*fits);
 }
 
 cl::Buffer zeros(ocl::Context& context, size_t bytes) {
@@ -117,6 +121,20 @@ std::string file_for(const DeviceProfile& profile) {
 
 std::string Selection::describe() const { return implementation->name + describe_choices(choices); }
 
+std::string problem_key(const Problem& problem, const DeviceProfile& profile) {
+    std::string key = implementations(problem.node).back().name;
+    for (const TensorLayout& input : problem.inputs) key += fmt::format(" of {}", describe_layout(input));
+    key += fmt::format(" to {}", describe_layout(problem.output));
+    const KernelCall obvious = obvious_selection(problem, profile).lower(problem).call;
+    const std::string rest = obvious.options + obvious.source;  // all that layouts do not say
+    return key + fmt::format(" {:016x}", XXH3_64bits(rest.data(), rest.size()));
+}
+
+std::optional<Selection> candidate_of(const TuningResult& result, const Problem& problem,
+                                      const DeviceProfile& profile) {
+    return named_by(result, candidates_for(problem, profile));
+}
+
 Selection built_in_selection(const Problem& problem, const DeviceProfile& profile) {
     Selection best;
     int most = 0;
@@ -151,20 +169,18 @@ Selection Tuner::select_without_measuring(const Problem& problem) const {
 }
 
 Selection Tuner::unmeasured(const Problem& problem) const {
-    return mode_ == Tuning::obvious ? obvious_selection(problem, context_.profile())
-                                    : built_in_selection(problem, context_.profile());
+    const DeviceProfile& profile = context_.profile();
+    if (mode_ == Tuning::obvious) return obvious_selection(problem, profile);
+    const TunedTable* table = TunedTable::of(profile.device_class);
+    const auto tuned = table ? table->find(problem, profile) : std::nullopt;
+    return tuned ? *tuned : built_in_selection(problem, profile);
 }
 
 std::optional<Selection> Tuner::stored_selection(const Problem& problem,
                                                  const std::vector<Selection>& candidates) const {
-    const auto stored = results_.find(key_of(problem, candidates));
-    if (stored == results_.end()) return {};
+    const auto stored = results_.find(key_of(problem, context_.profile(), candidates));
     // The file may say anything.
-    const auto fits = std::find_if(candidates.begin(), candidates.end(), [&](const Selection& candidate) {
-        return candidate.implementation->name == stored->second.implementation &&
-               candidate.choices == stored->second.choices;
-    });
-    return fits == candidates.end() ? std::nullopt : std::optional(*fits);
+    return stored == results_.end() ? std::nullopt : named_by(stored->second, candidates);
 }
 
 Selection Tuner::measure(const Problem& problem, const std::vector<Selection>& candidates) {
@@ -173,7 +189,8 @@ Selection Tuner::measure(const Problem& problem, const std::vector<Selection>& c
     // A context of their own, so that programs of candidates that are not taken do not stay.
     ocl::Context scratch(context_.context(), context_.device(), context_.queue(), context_.profile());
     std::optional<Selection> best;
-    double best_seconds = 0;
+    double best_seconds = 0, built_in_seconds = 0;
+    const std::string built_in = built_in_selection(problem, context_.profile()).describe();
     for (const Selection& candidate : candidates) {
         double seconds = 0;
         try {
@@ -183,24 +200,27 @@ Selection Tuner::measure(const Problem& problem, const std::vector<Selection>& c
             continue;
         }
         log(LogLevel::debug, "{}: {} takes {:.3f} ms", problem.node.name, candidate.describe(), 1e3 * seconds);
+        if (candidate.describe() == built_in) built_in_seconds = seconds;
         if (best && seconds >= best_seconds) continue;
         best = candidate;
         best_seconds = seconds;
     }
     if (!best) return built_in_selection(problem, context_.profile());
-    results_[key_of(problem, candidates)] = {best->implementation->name, best->choices, best_seconds};
+    results_[key_of(problem, context_.profile(), candidates)] = {best->implementation->name, best->choices,
+                                                                 best_seconds, built_in_seconds};
     store();
     return *best;
 }
 
-Tuner::Results Tuner::stored() const {
+TuningResults Tuner::stored() const {
     std::ifstream file(path_);
     if (!file) return {};
     try {
-        Results results;
+        TuningResults results;
         const nlohmann::json document = nlohmann::json::parse(file);
         for (const auto& [key, entry] : document.at("results").get_ref<const nlohmann::json::object_t&>())
-            results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds")};
+            results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds"),
+                            entry.value("built_in_seconds", 0.0)};
         return results;
     } catch (const nlohmann::json::exception& error) {
         log(LogLevel::warning, "{} is not a tuning file ({}); starting anew", path_, error.what());
@@ -218,8 +238,10 @@ void Tuner::store() {
     document["device"] = context_.profile().name;
     document["driver"] = context_.profile().driver_version;
     for (const auto& [key, result] : results_)
-        document["results"][key] = {
-            {"implementation", result.implementation}, {"choices", result.choices}, {"seconds", result.seconds}};
+        document["results"][key] = {{"implementation", result.implementation},
+                                    {"choices", result.choices},
+                                    {"seconds", result.seconds},
+                                    {"built_in_seconds", result.built_in_seconds}};
     const std::filesystem::path partial = path_ + ".partial";
     std::ofstream file(partial);
     // A device's name may be in any encoding.

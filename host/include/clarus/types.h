@@ -53,9 +53,9 @@ struct Image {
 /// device has half arithmetic, else fp32.
 enum class Precision { fp32, fp16, automatic };
 
-/// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and the built-in
-/// choice for its class where there is none; `measure` first measures what is not stored; `fixed` takes built-in
-/// choices only; `obvious` takes the simplest kernel of every operator, to check the others by.
+/// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and, where there is
+/// none, what comes with Clarus for its class; `measure` first measures what is not stored; `fixed` takes what comes
+/// with Clarus only; `obvious` takes the simplest kernel of every operator, to check the others by.
 enum class Tuning { stored, measure, fixed, obvious };
 
 }  // namespace clarus
