@@ -68,11 +68,11 @@ TEST_CASE("what is shipped of measurements is about what shipped models ask for,
             const auto side = [&](int pixels) { return static_cast<int>(pixels / model.scale()); };
             for (const Precision precision : {Precision::fp32, Precision::fp16})
                 for (const Size output : {Size{1920, 1080}, {2560, 1440}, {3840, 2160}}) {
-                    UpscalerOptions options;
+                    PlanOptions options;
                     options.precision = precision;
                     const Size render{side(output.width), side(output.height)};
                     make_plan(
-                        build_graph(model, render, output_size(render, model.scale()), options), options, profile,
+                        build_graph(model, render, output_size(render, model.scale())), options, profile,
                         [&](const Problem& problem) {
                             const std::string key = TunedTable::key_of(problem, profile);
                             const auto found = shipped->results().find(key);
