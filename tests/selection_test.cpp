@@ -124,7 +124,7 @@ TEST_CASE("a convolution's kernel follows from its shape and the device's class"
                             groups = test::random_parameters(20, 16, 3, 1, random, 4),
                             strided = test::random_parameters(20, 16, 3, 1, random, 1, 2);
     graph::Parameters exact = usual;
-    exact.exact = true;
+    exact.avoid_winograd = true;
     for (const DeviceProfile& vectors : {cpu, dsp}) {
         CHECK(chosen_for(usual, vectors).starts_with("winograd"));
         CHECK(chosen_for(wide, vectors).starts_with("direct"));

@@ -220,10 +220,11 @@ void add_bench_command(CLI::App& app) {
                     "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained unless told")
         ->type_name("S")
         ->check(CLI::PositiveNumber);
-    CLI::Option* const tuning =
-        add_choice<Tuning, Tuning>(command, "--tuning", bench_options.tuning,
-                                   {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
-                                   "Choose kernels by what was measured before, by measuring first, or by fixed rules");
+    CLI::Option* const tuning = add_choice<Tuning, Tuning>(
+        command, "--tuning", bench_options.tuning,
+        {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},
+        "Choose kernels by what was measured here before, by measuring first, or by what comes with "
+        "Clarus alone");
     command.add_flag("--without-start", options->without_start,
                      "Leave out cold and warm starts, which take new processes that compile everything");
     command.add_option("--checks", options->checks, "The expected images, in place of those that are shipped")

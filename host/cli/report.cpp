@@ -88,7 +88,7 @@ void add_views(const ComparedResult& result, const std::string& name, const Pict
 }
 
 /// Refuses a page that would replace what it is made from.
-void keep_what_is_read(const ReportOptions& options, std::span<const Reference> references) {
+void refuse_overwriting_inputs(const ReportOptions& options, std::span<const Reference> references) {
     TakenFiles taken;
     if (!references.empty()) {
         const fs::path& path = options.reference.sequence.path;
@@ -145,7 +145,7 @@ void add_results(const ReportOptions& options, std::span<const Reference> refere
 void write_report(const ReportOptions& options) {
     std::vector<Reference> references;
     if (!options.results.empty()) references = read_references(options.reference);
-    keep_what_is_read(options, references);
+    refuse_overwriting_inputs(options, references);
     OutputFolders folders;
     folders.require(folder_of(options.output));
     Json data{{"benches", Json::array()}, {"results", Json::array()}};

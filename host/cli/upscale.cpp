@@ -262,13 +262,14 @@ void add_upscale_command(CLI::App& app) {
         command, "--precision", options->settings.precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
         "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
-    add_choice<Tuning, Tuning>(command, "--tuning", options->settings.tuning,
-                               {{"stored", Tuning::stored},
-                                {"measure", Tuning::measure},
-                                {"fixed", Tuning::fixed},
-                                {"obvious", Tuning::obvious}},
-                               "Choose kernels by what was measured before, by measuring now, by fixed rules, or the "
-                               "simplest ones, to check the others by");
+    add_choice<Tuning, Tuning>(
+        command, "--tuning", options->settings.tuning,
+        {{"stored", Tuning::stored},
+         {"measure", Tuning::measure},
+         {"fixed", Tuning::fixed},
+         {"obvious", Tuning::obvious}},
+        "Choose kernels by what was measured here before, by measuring now, by what comes with Clarus "
+        "alone, or the simplest ones, to check the others by");
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");

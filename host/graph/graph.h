@@ -42,7 +42,7 @@ struct Parameters {
     int stride = 1;                   // between the input pixels that output pixels are around
     std::vector<float> weights = {};  // [sets][out][in / groups][kernel][kernel]
     std::vector<float> biases = {};   // [sets][out]
-    bool exact = false;               // what follows cannot bear Winograd's rounding
+    bool avoid_winograd = false;      // what follows amplifies rounding errors beyond its own
 
     size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels / groups * taps(); }
     int taps() const { return kernel * kernel; }

@@ -67,7 +67,7 @@ class Planner {
         std::vector<int> rings(plan_.memories.size());
         for (int end = rows; end - rows < tallest; end += rows) {
             const std::vector<int> wanted = wanted_rows(static_cast<double>(end) / tallest);
-            keep_what_is_read(wanted, rings);
+            grow_rings(wanted, rings);
             for (Value value = first_; value <= last_; ++value) {
                 if (!is_stage(value) || wanted[value] <= done_[value]) continue;
                 result.order.push_back({value, done_[value], wanted[value]});
@@ -134,7 +134,7 @@ class Planner {
     }
 
     /// A ring holds all from the oldest row that somebody is going to read to the newest that is made before.
-    void keep_what_is_read(const std::vector<int>& wanted, std::vector<int>& rings) const {
+    void grow_rings(const std::vector<int>& wanted, std::vector<int>& rings) const {
         std::vector<int> oldest(plan_.memories.size(), std::numeric_limits<int>::max());
         for (Value value = first_; value <= last_; ++value) {
             if (!is_stage(value) || done_[value] == graph_.shape(value).height) continue;

@@ -26,7 +26,7 @@ namespace clarus::runtime {
 namespace {
 
 constexpr int kRuns = 5;         // of a candidate after its first; the shortest counts
-constexpr double kHopeless = 4;  // times the best so far
+constexpr double kGiveUpRatio = 4;  // of a first run to the best so far: the candidate is measured no further
 
 std::string describe_choices(const Choices& choices) {
     std::string text;
@@ -87,7 +87,7 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
             return ocl::seconds_of(event);
         };
         double shortest = seconds();
-        if (best > 0 && shortest > kHopeless * best) return shortest;
+        if (best > 0 && shortest > kGiveUpRatio * best) return shortest;
         for (int run = 0; run < kRuns; ++run) shortest = std::min(shortest, seconds());
         return shortest;
     });
@@ -250,7 +250,7 @@ void Tuner::store() {
     if (file) std::filesystem::rename(partial, path, ignored);
     if (!file || ignored) {
         std::filesystem::remove(partial, ignored);
-        if (!std::exchange(unwritable_, true))
+        if (!std::exchange(warned_unwritable_, true))
             log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
     }
 }

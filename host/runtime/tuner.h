@@ -65,7 +65,7 @@ class Tuner {
     Tuning mode_;
     std::string path_;
     TuningResults results_;
-    bool unwritable_ = false;  // and said so
+    bool warned_unwritable_ = false;
 };
 
 }  // namespace clarus::runtime

@@ -53,7 +53,7 @@ graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, co
                               std::string("convolution ") + layer);
     const Parameters last = read_layer(model, "conv.2", 2, graph.shape(x).channels, kKernel);
     Parameters raw = at_render_resolution(last, scale);
-    raw.exact = true;  // offsets are rounded next: what is near a half must not fall on its other side
+    raw.avoid_winograd = true;  // offsets are rounded next: what is near a half must not fall on its other side
     x = graph.convolution(x, std::move(raw), Activation::none, "convolution conv.2");
     const Value offsets = graph.depth_to_space(x, scale);
 
