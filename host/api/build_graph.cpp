@@ -62,17 +62,23 @@ Size shown_size(Size own, const std::optional<Size>& asked) {
     return *asked;
 }
 
+std::optional<double> common_scale(Size render, Size output) {
+    const double wide = static_cast<double>(output.width) / render.width,
+                 high = static_cast<double>(output.height) / render.height;
+    // That of the longer side, which rounding changes less. Both sides may be off by half a render pixel.
+    const double scale = render.width > render.height ? wide : high;
+    const double off =
+        std::max(std::abs(scale * render.width - output.width), std::abs(scale * render.height - output.height));
+    if (off > scale) return std::nullopt;
+    return scale;
+}
+
 ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size>& asked) {
     const ModelSizes usual{model.scale(), output_size(render, model.scale())};
     if (!asked || model.scales().is_single()) return usual;
-    const double wide = static_cast<double>(asked->width) / render.width,
-                 high = static_cast<double>(asked->height) / render.height;
-    // Of the two, that which the rounding of the render size has changed less.
-    const double scale = render.width > render.height ? wide : high;
-    const bool is_one = std::abs(wide * render.height - asked->height) <= scale / 2 &&
-                        std::abs(high * render.width - asked->width) <= scale / 2;
-    if (!is_one || !model.scales().contains(scale)) return usual;
-    return {scale, model.tensors() ? output_size(render, scale) : *asked};
+    const std::optional<double> scale = common_scale(render, *asked);
+    if (!scale || !model.scales().contains(*scale)) return usual;
+    return {*scale, model.tensors() ? output_size(render, *scale) : *asked};
 }
 
 graph::Graph build_graph(const Model& model, Size render, Size output,

@@ -18,6 +18,9 @@ Size output_size(Size render, double scale);
 /// is not from 1 to 2^15 on a side, or more than kMostFitRatio times as large or small as the result along an axis.
 Size shown_size(Size own, const std::optional<Size>& asked);
 
+/// Output over render resolution, where that is one scale along both axes but for what rounding a render size changes.
+std::optional<double> common_scale(Size render, Size output);
+
 /// At what scale a model is run, and what size it makes.
 struct ModelSizes {
     double scale;

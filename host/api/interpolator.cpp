@@ -1,6 +1,6 @@
 #include "clarus/interpolator.h"
 
-#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "api/build_graph.h"
@@ -19,14 +19,14 @@ double scale_of(Size render, Size output) {
     if (output.width < render.width || output.height < render.height)
         fail(ErrorKind::invalid_argument, "output size {}x{} is smaller than the render size {}x{}", output.width,
              output.height, render.width, render.height);
-    const double scale = static_cast<double>(output.width) / render.width;
-    if (std::abs(render.height * scale - output.height) > scale)  // sides are rounded
+    const std::optional<double> scale = common_scale(render, output);
+    if (!scale)
         fail(ErrorKind::invalid_argument, "output size {}x{} is not the render size {}x{} times one scale",
              output.width, output.height, render.width, render.height);
     if (static_cast<long long>(render.width) * render.height >= graph::kNoSource)
         fail(ErrorKind::invalid_argument, "render size {}x{}: frames are interpolated of less than {} pixels",
              render.width, render.height, graph::kNoSource);
-    return scale;
+    return *scale;
 }
 
 SizedGraph build(Size render, Size output) {
@@ -60,6 +60,7 @@ Interpolator& Interpolator::operator=(Interpolator&&) noexcept = default;
 
 Size Interpolator::render_size() const { return state_->stream.sizes().render; }
 Size Interpolator::output_size() const { return state_->stream.sizes().output; }
+Size Interpolator::output_size(Size render_size) const { return state_->stream.sizes(render_size).output; }
 
 MemoryRequirements Interpolator::memory_requirements() const { return state_->stream.memory_requirements(); }
 

@@ -8,10 +8,11 @@
 
 namespace clarus {
 
-Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options)
+Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options, std::vector<Size> others)
     : device_(std::move(device)),
       build_(std::move(build)),
       options_(std::move(options)),
+      others_(std::move(others)),
       largest_(build_(render)),
       tuner_(device_.context(), options_.tuning) {
     check_options(options_, largest_.graph);
@@ -55,15 +56,22 @@ SizedGraph Stream::built(Size render) const {
 
 FrameSizes Stream::sizes(Size render) const { return built(render).sizes; }
 
-std::unique_ptr<runtime::Plan> Stream::plan_of_half() const {
-    const auto half = [](int side) { return (side + 1) / 2; };
-    const Size render = largest_.sizes.render;
-    try {
-        return plan_like(*choices_, build_({half(render.width), half(render.height)}).graph);
-    } catch (const Error& error) {
-        if (error.kind() != ErrorKind::invalid_argument) throw;
-        return plan_like(*choices_, largest_.graph);  // half is too small for the output
+std::vector<std::unique_ptr<runtime::Plan>> Stream::other_plans() const {
+    std::vector<std::unique_ptr<runtime::Plan>> plans;
+    if (!options_.dynamic_resolution) return plans;
+    const Size most = largest_.sizes.render;
+    std::vector<Size> sizes{{(most.width + 1) / 2, (most.height + 1) / 2}};
+    sizes.insert(sizes.end(), others_.begin(), others_.end());
+    for (const Size size : sizes) {
+        if (size.width < 1 || size.height < 1 || size.width > most.width || size.height > most.height) continue;
+        try {
+            plans.push_back(plan_like(*choices_, build_(size).graph));
+        } catch (const Error& error) {
+            if (error.kind() != ErrorKind::invalid_argument) throw;  // too small for the output
+        }
     }
+    if (plans.empty()) plans.push_back(plan_like(*choices_, largest_.graph));
+    return plans;
 }
 
 void Stream::change_size(const SizedGraph& sized, bool keeps_history) {
@@ -129,9 +137,9 @@ void Stream::prepare(const std::function<void(double)>& progress) {
         }));
     }
     choices_.emplace(*plan_, device_.profile());
-    const std::unique_ptr<runtime::Plan> half = options_.dynamic_resolution ? plan_of_half() : nullptr;
+    const std::vector<std::unique_ptr<runtime::Plan>> others = other_plans();
     const double begin = measures ? 0.5 : 0;
-    executor_ = std::make_unique<runtime::Executor>(device_.context(), *plan_, half.get(), options_, [&](double done) {
+    executor_ = std::make_unique<runtime::Executor>(device_.context(), *plan_, others, options_, [&](double done) {
         if (progress) progress(begin + (1 - begin) * done);
     });
 }

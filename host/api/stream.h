@@ -28,8 +28,10 @@ class Stream {
     /// Makes the graph for frames of this render size. Errors: invalid_argument.
     using Build = std::function<SizedGraph(Size render)>;
 
-    /// Plans; allocates and compiles nothing yet. Errors: invalid_argument, naming the option; those of `build`.
-    Stream(Device device, Build build, Size render, runtime::PlanOptions options);
+    /// Plans; allocates and compiles nothing yet. `others`: render sizes where the graph has other nodes, of which
+    /// kernels are prepared, too, where the resolution is dynamic. Errors: invalid_argument, naming the option; those
+    /// of `build`.
+    Stream(Device device, Build build, Size render, runtime::PlanOptions options, std::vector<Size> others = {});
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
@@ -55,7 +57,8 @@ class Stream {
     std::unique_ptr<runtime::Plan> plan_of_largest(const Select& select) const;
     /// A plan with the kernels of `choices`, where it has them.
     std::unique_ptr<runtime::Plan> plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const;
-    std::unique_ptr<runtime::Plan> plan_of_half() const;
+    /// Of half the size, and of the other sizes that can be.
+    std::vector<std::unique_ptr<runtime::Plan>> other_plans() const;
     SizedGraph built(Size render) const;
     /// Goes on with frames of another size.
     void change_size(const SizedGraph& sized, bool keeps_history);
@@ -65,6 +68,7 @@ class Stream {
     Device device_;
     Build build_;
     runtime::PlanOptions options_;
+    std::vector<Size> others_;
     SizedGraph largest_;
     FrameSizes sizes_;  // of the last frame
     double scale_;      // likewise

@@ -1,5 +1,6 @@
 #include "clarus/upscaler.h"
 
+#include <cmath>
 #include <utility>
 
 #include "api/build_graph.h"
@@ -15,6 +16,16 @@ namespace {
 
 // pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
 constexpr double kTrainedJitterDistance = 0.01;
+
+/// Render sizes of which a model makes the output size, or a little less along one axis or both: there, the result is
+/// shown as it is, or resampled by other kernels than where it is larger.
+std::vector<Size> sizes_around(const Model& model, const std::optional<Size>& output) {
+    if (!output) return {};
+    const auto side = [&](int pixels) { return static_cast<int>(std::lround(pixels / model.scale())); };
+    const Size exact{side(output->width), side(output->height)};
+    return {
+        exact, {exact.width - 1, exact.height - 1}, {exact.width - 1, exact.height}, {exact.width, exact.height - 1}};
+}
 
 runtime::PlanOptions plan_options(const UpscalerOptions& options) {
     if (!(options.sharpen >= 0 && options.sharpen <= 1))
@@ -48,7 +59,7 @@ struct Upscaler::State {
         : model(std::move(used_model)),
           stream(
               std::move(device), [this, options](Size render) { return build(render, options); }, render_size,
-              plan_options(options)) {}
+              plan_options(options), sizes_around(model, options.output_size)) {}
 
     SizedGraph build(Size render, const UpscalerOptions& options) const {
         const auto [scale, own] = model_sizes(model, render, options.output_size);

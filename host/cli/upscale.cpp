@@ -82,8 +82,6 @@ Input read_input(const UpscaleOptions& options) {
     io::Sequence sequence = options.sequence.read(model.scale());
     std::optional<Size> output_size = options.output_size;
     if (!output_size && !options.scale) output_size = sequence.shown_size;
-    if (!output_size && sequence.is_dynamic())
-        output_size = scaled(sequence.render_size, options.scale.value_or(sequence.scale));
     if (!has_its_own) {
         const double usual = output_size ? scale_to(*output_size, sequence, model) : sequence.scale;
         model = Model::find(options.model, options.scale.value_or(usual));
@@ -93,6 +91,7 @@ Input read_input(const UpscaleOptions& options) {
              "and --output-size WxH resamples what one makes",
              model.name(), model.scale(), options.sequence.path.string(), sequence.scale);
     }
+    if (!output_size && sequence.is_dynamic()) output_size = scaled(sequence.render_size, model.scale());
     return {std::move(model), std::move(sequence), output_size};
 }
 
@@ -180,6 +179,10 @@ void upscale(const UpscaleOptions& options) {
                              upscaler.output_size() == sequence.output_size(),
                              interpolator.has_value(),
                              options.png_compression};
+    for (const io::FrameFiles& frame : sequence.frames) {
+        upscaler.output_size(sequence.render_size_of(frame));
+        if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
+    }
     refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
     OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());

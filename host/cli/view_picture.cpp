@@ -92,11 +92,16 @@ io::Pixels view_picture(const Upscaler::View& view, Size size) {
     // Blocks are whole pixels; the last ones may reach beyond the image.
     const int factor = std::max({1, (size.width + view.size.width - 1) / view.size.width,
                                  (size.height + view.size.height - 1) / view.size.height});
+    // Of a frame that was rendered smaller, blocks would reach far beyond.
+    const auto is_near = [&](int of_view, int side) { return of_view * factor - side < factor; };
+    const bool whole = is_near(view.size.width, size.width) && is_near(view.size.height, size.height);
     io::Pixels picture{size, 3, {}};
     picture.values.reserve(static_cast<size_t>(size.width) * size.height * 3);
     for (int y = 0; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) {
-            const Color& color = source[static_cast<size_t>(y / factor) * view.size.width + x / factor];
+            const int from_x = whole ? x / factor : static_cast<int>((x + 0.5) * view.size.width / size.width);
+            const int from_y = whole ? y / factor : static_cast<int>((y + 0.5) * view.size.height / size.height);
+            const Color& color = source[static_cast<size_t>(from_y) * view.size.width + from_x];
             picture.values.insert(picture.values.end(), color.begin(), color.end());
         }
     }

@@ -22,7 +22,7 @@ enum class Memory {
 enum class Stored {
     f32,       // float: motion, depth and what is made of them alone
     image,     // the type that images are stored in
-    feature,   // likewise, and convolutions can read it as one of the images that make up their input
+    feature,   // as `image`; convolutions can also read it as one of several images that their input is made of
     as_input,  // that of the memory it shares
 };
 

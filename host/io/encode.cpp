@@ -27,15 +27,16 @@ Pixels encode_depth(const Pixels& canonical, const Sequence& sequence, const Fra
     return stored;
 }
 
-Pixels encode_motion(const Pixels& canonical, const Sequence& sequence, Vec2 jitter, Vec2 previous_jitter) {
-    const MotionEncoding encoding = sequence.motion_encoding();
+Pixels encode_motion(const Pixels& canonical, const Sequence& sequence, const FrameFiles& frame, Vec2 jitter,
+                     Vec2 previous_jitter) {
+    const Vec2 scale = sequence.motion_scale(frame);
     // What readers add.
     const Vec2 compensation =
-        encoding.jittered ? Vec2{previous_jitter.x - jitter.x, previous_jitter.y - jitter.y} : Vec2{};
+        sequence.motion.jittered ? Vec2{previous_jitter.x - jitter.x, previous_jitter.y - jitter.y} : Vec2{};
     Pixels stored = canonical;
     for (size_t i = 0; i + 1 < stored.values.size(); i += 2) {
-        stored.values[i] = (canonical.values[i] - compensation.x) / encoding.scale.x;
-        stored.values[i + 1] = (canonical.values[i + 1] - compensation.y) / encoding.scale.y;
+        stored.values[i] = (canonical.values[i] - compensation.x) / scale.x;
+        stored.values[i + 1] = (canonical.values[i + 1] - compensation.y) / scale.y;
     }
     return stored;
 }

@@ -9,7 +9,8 @@ namespace clarus::io {
 /// the sequence stores it. `frame` has the planes, which must be finite.
 Pixels encode_depth(const Pixels& canonical, const Sequence& sequence, const FrameFiles& frame);
 
-/// Canonical motion as the sequence stores it; jitters of this frame and the one before in render pixels.
-Pixels encode_motion(const Pixels& canonical, const Sequence& sequence, Vec2 jitter, Vec2 previous_jitter);
+/// Canonical motion of a frame as the sequence stores it; jitters of this frame and the one before in render pixels.
+Pixels encode_motion(const Pixels& canonical, const Sequence& sequence, const FrameFiles& frame, Vec2 jitter,
+                     Vec2 previous_jitter);
 
 }  // namespace clarus::io

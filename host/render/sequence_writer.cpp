@@ -65,6 +65,12 @@ void SequenceWriter::begin(bool replace) {
     if (!replace && fs::exists(unfinished_, error)) {
         const nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
         const io::JsonNode root(record, unfinished_);
+        for (const auto& [key, value] : recipe_.items())
+            if (!record["recipe"].contains(key))
+                fail(ErrorKind::file,
+                     "{} is the beginning of a sequence by another version, which had no {}; give another folder, or "
+                     "--force to replace it",
+                     unfinished_.string(), key);
         for (const auto& [key, value] : root["recipe"].members()) {
             if (!recipe_.contains(key) || record["recipe"][key] != nlohmann::json(recipe_[key])) {
                 fail(ErrorKind::file,
@@ -131,7 +137,8 @@ void SequenceWriter::write(const io::FrameFiles& frame, const RenderedFrame& ima
                             packed ? io::SampleType::u8 : io::SampleType::f32);
         },
         [&] {
-            io::write_image(frame.motion, io::encode_motion(images.motion, sequence_, frame.jitter, previous_jitter),
+            io::write_image(frame.motion,
+                            io::encode_motion(images.motion, sequence_, frame, frame.jitter, previous_jitter),
                             io::SampleType::f32);
         }};
     if (has_reference_) writes.push_back([&] { io::write_image(frame.reference, images.reference, picture); });
@@ -144,7 +151,8 @@ void SequenceWriter::write(const io::FrameFiles& frame, const RenderedFrame& ima
         });
         writes.push_back([&] {
             io::write_image(file.at("reference_motion"),
-                            io::encode_motion(images.output_motion, without_jitter, {}, {}), io::SampleType::f32);
+                            io::encode_motion(images.output_motion, without_jitter, frame, {}, {}),
+                            io::SampleType::f32);
         });
     }
     tbb::parallel_for_each(writes, [](const auto& write_one) { write_one(); });

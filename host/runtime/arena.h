@@ -7,8 +7,8 @@
 
 namespace clarus::runtime {
 
-/// The device memory of a plan's values: one buffer, of which each of the plan's memories is a part. States that
-/// alternate change places from frame to frame.
+/// The device memory of a plan's values: one buffer, of which each of the plan's memories is a part. The two memories
+/// of a double-buffered state change roles every frame.
 class Arena {
   public:
     /// Zeros everywhere. Errors: out_of_memory, device.

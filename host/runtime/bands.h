@@ -25,8 +25,8 @@ struct BandedNodes {
 /// the less is kept of small images.
 int band_granule(const DeviceProfile& profile);
 
-/// How neighbouring nodes that could work on bands do: whether in bands, and whether their kernels are compiled for
-/// rings of rows. Both where there are bands; the latter alone where there would be some at 4K.
+/// Whether neighbouring nodes that could work on bands do, and whether their kernels are compiled for rings of rows.
+/// Bands need rings; rings alone stand for nodes that would work on bands at 4K, so that the kernels are the same.
 struct BandChoice {
     bool in_bands = false, for_rings = false;
 };

@@ -3,6 +3,7 @@
 #include <CL/cl_half.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "cl/error.h"
@@ -18,8 +19,10 @@ float element_at(const std::vector<std::byte>& bytes, size_t index, Storage stor
     return reinterpret_cast<const float*>(bytes.data())[index];
 }
 
-std::vector<KernelCall> state_resizing_where(const Plan* other, const DeviceProfile& profile) {
-    return other ? state_resizing(*other, profile) : std::vector<KernelCall>();
+using Plans = std::span<const std::unique_ptr<Plan>>;
+
+std::vector<KernelCall> resizing_calls(const Plan& plan, Plans others, const DeviceProfile& profile) {
+    return others.empty() ? std::vector<KernelCall>() : state_resizing(plan, profile);
 }
 
 void add_calls(std::vector<const KernelCall*>& calls, const Plan& plan) {
@@ -29,12 +32,23 @@ void add_calls(std::vector<const KernelCall*>& calls, const Plan& plan) {
     }
 }
 
-std::vector<const KernelCall*> calls_of(const Plan& plan, const Plan* other, const std::vector<KernelCall>& resizing) {
+std::vector<const KernelCall*> calls_of(const Plan& plan, Plans others, const std::vector<KernelCall>& resizing) {
     std::vector<const KernelCall*> calls;
     add_calls(calls, plan);
-    if (other) add_calls(calls, *other);
+    for (const auto& other : others) add_calls(calls, *other);
     for (const KernelCall& call : resizing) calls.push_back(&call);
     return calls;
+}
+
+/// Whether some stage of `other` runs a kernel that none of `plan` does.
+bool adds_kernels(const Plan& other, const Plan& plan) {
+    std::set<std::string> known;
+    for (const PlannedStage& stage : plan.stages)
+        known.insert(program_key(stage.lowered.call) + stage.lowered.call.entry);
+    return (other.presenting < 0) != (plan.presenting < 0) ||
+           std::any_of(other.stages.begin(), other.stages.end(), [&](const PlannedStage& stage) {
+               return !known.contains(program_key(stage.lowered.call) + stage.lowered.call.entry);
+           });
 }
 
 KernelCall present_call(const Plan& plan, const StreamOptions& options) {
@@ -48,33 +62,33 @@ void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan,
     kernels.add(context, {&first, &last});
 }
 
-Kernels port_kernels(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options) {
+Kernels port_kernels(ocl::Context& context, const Plan& plan, Plans others, const StreamOptions& options) {
     Kernels kernels(context, {});
     add_port_kernels(kernels, context, plan, options);
-    if (other) add_port_kernels(kernels, context, *other, options);
+    for (const auto& other : others) add_port_kernels(kernels, context, *other, options);
     return kernels;
 }
 
 }  // namespace
 
-Executor::Executor(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options,
-                   const std::function<void(double)>& progress)
+Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std::unique_ptr<Plan>> others,
+                   const StreamOptions& options, const std::function<void(double)>& progress)
     : context_(context),
       plan_(&plan),
       options_(options),
       compiled_before_(context.programs_compiled()),
-      port_kernels_(port_kernels(context, plan, other, options)),
-      kernels_(context, calls_of(plan, other, state_resizing_where(other, context.profile()))),
+      port_kernels_(port_kernels(context, plan, others, options)),
+      kernels_(context, calls_of(plan, others, resizing_calls(plan, others, context.profile()))),
       weights_(context, kernels_, plan.layout.graph, plan.convolutions()),
       profiler_(options.profile && context.queue_has_profiling()),
       arena_(context, plan),
       ports_(context, plan, options, profiler_) {
-    if (other) resizing_.emplace(context, kernels_, plan);
+    if (!others.empty()) resizing_.emplace(context, kernels_, plan);
     ocl::checked("allocate a counter",
                  [&] { counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint)); });
     make_stages();
     // Some drivers finish a kernel's compilation when it is first run.
-    if (context_.programs_compiled() > compiled_before_) warm_up(progress);
+    if (context_.programs_compiled() > compiled_before_) warm_up(others, progress);
     if (progress) progress(1);
 }
 
@@ -113,10 +127,12 @@ Executor::Stage& Executor::add_stage(const Kernels& kernels, KernelCall call, st
 void Executor::change_plan(const Plan& plan, bool keeps_states) {
     keeps_states = keeps_states && resizing_ && has_run();
     if (keeps_states) resizing_->save(*plan_, arena_);
+    const int compiled = context_.programs_compiled();
     std::vector<const KernelCall*> calls;
     add_calls(calls, plan);
     kernels_.add(context_, calls);
     add_port_kernels(port_kernels_, context_, plan, options_);
+    if (context_.programs_compiled() > compiled) context_.save_programs();
     arena_.lay_out(plan);
     if (keeps_states) resizing_->restore(*plan_, plan, arena_);
     plan_ = &plan;
@@ -127,24 +143,37 @@ size_t Executor::staging_bytes(const Plan& plan, bool resizes, const StreamOptio
     return Ports::bytes(plan, options) + sizeof(cl_uint) + (resizes ? StateResizing::bytes(plan) : 0);
 }
 
-void Executor::warm_up(const std::function<void(double)>& progress) {
+void Executor::warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress) {
     ocl::checked("run every kernel once", [&] {
-        stages_.front().bindings.counter = counter_;
-        ports_.stand_in(*plan_, stages_.front().bindings, stages_[presenting_].bindings);
-        FrameConstants constants;
-        constants.reset = 1;
         const auto launches = static_cast<double>(plan_->launches.size()) + (plan_->presenting < 0 ? 2 : 1);
         int done = 0;
-        run_stages(constants, [&] {
+        run_unseen([&] {
             if (!progress) return;
             context_.queue().finish();
-            progress(++done / launches);
+            progress(std::min(1.0, ++done / launches));
         });
+        const Plan& largest = *plan_;
+        for (const auto& other : others) {
+            if (!adds_kernels(*other, largest)) continue;
+            change_plan(*other, false);
+            run_unseen({});
+        }
+        if (plan_ != &largest) change_plan(largest, false);
         if (resizing_) resizing_->restore(*plan_, *plan_, arena_);
         context_.queue().finish();
     });
     profiler_.take();
     context_.save_programs();
+}
+
+/// A frame that nobody sees.
+void Executor::run_unseen(const std::function<void()>& after_each) {
+    stages_.front().bindings.counter = counter_;
+    ports_.stand_in(*plan_, stages_.front().bindings, stages_[presenting_].bindings);
+    FrameConstants constants;
+    constants.reset = 1;
+    run_stages(constants, after_each);
+    context_.queue().finish();  // before what was stood in goes
 }
 
 std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants) {

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,11 +29,11 @@ struct FrameResult {
 /// enqueues.
 class Executor {
   public:
-    /// The plan that is run, at first of the largest size, and `options` outlive the executor. `other`: a plan of the
-    /// same network at a smaller size, where the size will change, else null; the kernels that it adds are compiled,
-    /// too. `progress` is called with 0…1 while the driver finishes kernels.
-    Executor(ocl::Context& context, const Plan& plan, const Plan* other, const StreamOptions& options,
-             const std::function<void(double)>& progress);
+    /// The plan that is run, at first of the largest size, and `options` outlive the executor. `others`: plans of the
+    /// same network at smaller sizes, where the size will change; the kernels that they add are compiled, too. Without
+    /// them, states are not resampled. `progress` is called with 0…1 while the driver finishes kernels.
+    Executor(ocl::Context& context, const Plan& plan, std::span<const std::unique_ptr<Plan>> others,
+             const StreamOptions& options, const std::function<void(double)>& progress);
 
     /// Waits for frames on their way: they use memory of the executor's and of the caller's.
     ~Executor();
@@ -72,7 +73,8 @@ class Executor {
     void make_stages();
     Stage& add_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel, double operations,
                      double bytes);
-    void warm_up(const std::function<void(double)>& progress);
+    void warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress);
+    void run_unseen(const std::function<void()>& after_each);
     void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result);
     /// `after_each` is called when a stage, or a band of it, has been enqueued.
     void run_stages(const FrameConstants& constants, const std::function<void()>& after_each = {});

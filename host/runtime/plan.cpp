@@ -109,7 +109,7 @@ std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLay
 
 /// Has the stage that is the last to write where the pipeline's output is write it to the caller's image, too: what it
 /// has in its registers need not be read again.
-void present_early(Plan& plan, const StreamOptions& options) {
+void present_early(Plan& plan, const StreamOptions& options, const DeviceProfile& profile) {
     const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
     const auto last = std::find_if(plan.stages.rbegin(), plan.stages.rend(), [&](const PlannedStage& stage) {
         return stage.problem.output.memory == output.memory;
@@ -117,6 +117,10 @@ void present_early(Plan& plan, const StreamOptions& options) {
     if (last == plan.stages.rend()) return;
     last->problem.presented = presented_by(*last, output, options);
     if (!last->problem.presented) return;
+    if (last->selection.implementation->preference(last->problem, profile) == 0) {  // presents no such result
+        last->problem.presented.reset();
+        return;
+    }
     plan.presenting = static_cast<int>(plan.stages.rend() - last) - 1;
     last->lowered = last->selection.lower(last->problem);
     last->bytes += static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
@@ -152,7 +156,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& op
         if (find_banded(banded, value)) check_granule(stage, band_granule(profile));
         plan->stages.push_back(std::move(stage));
     }
-    present_early(*plan, options);
+    present_early(*plan, options, profile);
     plan->launches = order_of(plan->stages, banded);
     plan->weight_bytes = Weights::bytes(plan->layout.graph, plan->convolutions());
     return plan;

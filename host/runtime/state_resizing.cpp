@@ -69,6 +69,9 @@ void StateResizing::save(const Plan& plan, const Arena& arena) {
     ocl::checked("save the history", [&] {
         for (size_t state = 0; state < saved_.size(); ++state) {
             const int memory = plan.layout.layouts[plan.layout.graph.states[state].next].memory;
+            // A model of any scale may make more of a smaller frame, where the largest is not the output at one scale.
+            if (saved_[state].getInfo<CL_MEM_SIZE>() < bytes_of_state(plan, state))
+                saved_[state] = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, bytes_of_state(plan, state));
             context_.queue().enqueueCopyBuffer(arena.memory(memory), saved_[state], 0, 0, bytes_of_state(plan, state));
         }
     });
@@ -76,11 +79,18 @@ void StateResizing::save(const Plan& plan, const Arena& arena) {
 
 void StateResizing::restore(const Plan& from, const Plan& to, const Arena& arena) {
     for (size_t state = 0; state < saved_.size(); ++state) {
-        Launch launch(kernels_,
-                      resize(layout_of(from, state), layout_of(to, state), !wants_many_work_items(context_.profile())));
+        const TensorLayout &before = layout_of(from, state), &after = layout_of(to, state);
+        const cl::Buffer& memory = arena.memory_next_frame(after.memory);
+        if (before.width == after.width && before.height == after.height) {
+            ocl::checked("restore the history", [&] {
+                context_.queue().enqueueCopyBuffer(saved_[state], memory, 0, 0, bytes_of_state(to, state));
+            });
+            continue;
+        }
+        Launch launch(kernels_, resize(before, after, !wants_many_work_items(context_.profile())));
         Bindings bindings;
         bindings.inputs = {saved_[state]};
-        bindings.output = arena.memory_next_frame(layout_of(to, state).memory);
+        bindings.output = memory;
         launch.bind(bindings);
         launch.enqueue(context_.queue());
     }

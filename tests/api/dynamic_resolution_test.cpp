@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "api/build_graph.h"
 #include "cl/context.h"
 #include "clarus/error.h"
 #include "clarus/interpolator.h"
@@ -119,7 +120,8 @@ TEST_SUITE("small") {
             const std::vector<Size> sizes{{9, 7}, {5, 3}, {5, 3}, {1, 1}, {4, 6}, {83, 17}, {45, 20}, {9, 7}};
             std::vector<std::unique_ptr<runtime::Plan>> plans;
             for (const Size size : sizes) plans.push_back(delay.plan(size));
-            runtime::Executor executor(test_device().context(), *plans[5], plans[1].get(), delay.options, {});
+            runtime::Executor executor(test_device().context(), *plans[5], std::span(plans).first(2), delay.options,
+                                       {});
             Size before = sizes[5];
             Pixels kept(static_cast<size_t>(3) * before.width * before.height, 0);
             delay.show(executor, kept, before);
@@ -277,7 +279,7 @@ UpscalerOptions dynamic_options() {
 
 TEST_CASE("after a cut, frames of another size are those of an upscaler of that size; nothing is compiled") {
     constexpr Size kLargest{24, 18};
-    for (const char* file : {"enss_x2_table", "mnss_x2", "nsrr_x4", "srpo_x2"})
+    for (const char* file : {"enss_x2_table", "mnss_x2", "nsrr_x4", "nsrr_x2_rgb", "srpo_x2"})
         for (const int band_rows : {0, 8}) {
             CAPTURE(std::string(file));
             CAPTURE(band_rows);
@@ -301,16 +303,45 @@ TEST_CASE("after a cut, frames of another size are those of an upscaler of that 
 
 TEST_CASE("with an output size, it stays while the render size changes") {
     UpscalerOptions options = dynamic_options();
-    options.output_size = Size{48, 36};
-    Upscaler upscaler(test_device(), Model::find("bicubic", 2), {24, 18}, options);
-    CHECK(upscaler.output_size({13, 9}) == Size{48, 36});
-    submitted(upscaler, {24, 18}, 1);
-    const int compiled = test_device().context().programs_compiled();
-    for (const Size render : {Size{12, 9}, {20, 15}}) {
-        const Pixels output = submitted(upscaler, render, 1);
-        CHECK(std::all_of(output.begin(), output.end(), [](float value) { return value >= 0 && value <= 1; }));
+    const Model network = Model::load(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors");
+    for (const auto& [model, size] :
+         {std::pair(Model::find("bicubic", 2), Size{48, 36}), {network, {48, 36}}, {network, {40, 30}}}) {
+        options.output_size = size;
+        Upscaler upscaler(test_device(), model, {24, 18}, options);
+        CHECK(upscaler.output_size({13, 9}) == size);
+        submitted(upscaler, {24, 18}, 1);
+        const int compiled = test_device().context().programs_compiled();
+        for (const Size render : {Size{12, 9}, {20, 15}, {20, 18}, {19, 15}, {24, 13}, {24, 18}, {13, 9}}) {
+            const Pixels output = submitted(upscaler, render, 1);
+            CHECK(std::all_of(output.begin(), output.end(), [](float value) { return std::isfinite(value); }));
+            CHECK(test_device().context().programs_compiled() == compiled);
+        }
     }
-    CHECK(test_device().context().programs_compiled() == compiled);
+}
+
+TEST_CASE("a model of any scale serves an output size at the ratio of the sizes, rounded as they are") {
+    const Model model = Model::find("fsr2", 2);
+    for (const Size largest : {Size{960, 540}, {540, 960}, {640, 640}}) {
+        const Size output{2 * largest.width, 2 * largest.height};
+        for (double share = 0.5; share < 1; share += 0.01) {
+            const Size render{static_cast<int>(std::lround(largest.width * share)),
+                              static_cast<int>(std::lround(largest.height * share))};
+            const auto [scale, own] = model_sizes(model, render, output);
+            CHECK(own == output);
+            CHECK(scale == doctest::Approx(2 / share).epsilon(0.002));
+        }
+    }
+    CHECK(model_sizes(model, {960, 270}, Size{1920, 1080}).scale == 2);  // no one scale
+    CHECK(model_sizes(Model::load(CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors"), {90, 50}, Size{200, 100}).scale ==
+          2);
+}
+
+TEST_CASE("history may grow beyond that of the largest frames") {
+    UpscalerOptions options = dynamic_options();
+    options.output_size = Size{48, 36};
+    Upscaler upscaler(test_device(), Model::find("fsr2", 1.5), {24, 22}, options);
+    for (const Size render : {Size{24, 22}, {24, 18}, {23, 21}, {24, 18}, {24, 22}})
+        for (const float value : submitted(upscaler, render, 1)) CHECK(std::isfinite(value));
 }
 
 TEST_CASE("an interpolator's render size may change, too") {
@@ -319,7 +350,7 @@ TEST_CASE("an interpolator's render size may change, too") {
     constexpr Size kOutput{24, 16};
     Interpolator interpolator(test_device(), {12, 8}, kOutput, options);
     Pixels color(static_cast<size_t>(3) * kOutput.width * kOutput.height, 0.5f);
-    for (const Size render : {Size{12, 8}, {9, 6}, {12, 8}}) {
+    for (const Size render : {Size{12, 8}, {9, 6}, {11, 7}, {12, 8}}) {
         Pixels depth(static_cast<size_t>(render.width) * render.height, 0.5f), motion(2 * depth.size(), 0),
             output(color.size(), -1);
         FrameDescription frame;

@@ -40,4 +40,12 @@ TEST_SUITE("small") {
         CHECK(cli::view_picture(numbered(3, false), {4, 4}).at(0, 0, 2) == 3);
         CHECK(cli::view_picture(numbered(1, true), {8, 8}).at(7, 7, 1) == 1);
     }
+
+    TEST_CASE("a view that is smaller than the picture by no whole ratio is shown to its borders") {
+        Upscaler::View view = numbered(1, true);
+        view.pixels.assign(16, 0);
+        view.pixels.back() = 1;
+        CHECK(cli::view_picture(view, {6, 6}).at(5, 5, 0) == 1);
+        CHECK(cli::view_picture(view, {6, 6}).at(4, 4, 0) == 0);
+    }
 }

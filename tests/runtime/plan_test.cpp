@@ -129,7 +129,8 @@ TEST_SUITE("small") {
         DeviceProfile profile;
         profile.memory_alignment = 128;
         const auto plan = [&](size_t group_rows, size_t items) {
-            const Implementation implementation{"tall", {}, {}, [&](const Problem& problem, const Choices&) {
+            const auto always = [](const Problem&, const DeviceProfile&) { return 1; };
+            const Implementation implementation{"tall", always, {}, [&](const Problem& problem, const Choices&) {
                                                     KernelCall call;
                                                     call.global = {static_cast<size_t>(problem.output.width), items};
                                                     call.local = {1, group_rows};

@@ -2,9 +2,9 @@
 #define CLARUS_H
 
 /* The library for C, and for whatever calls C. It says what the C++ headers beside it say, which document every field:
-   device.h, model.h, upscaler.h, interpolator.h, types.h. Functions that return clarus_status return CLARUS_OK or what
-   went wrong, and clarus_last_error() then tells it in words. Start structs from clarus_default_options() and
-   clarus_default_frame().
+   device.h, model.h, stream.h, upscaler.h, interpolator.h, types.h. Functions that return clarus_status return
+   CLARUS_OK or what went wrong, and clarus_last_error() then tells it in words. Start structs from
+   clarus_default_options() and clarus_default_frame().
  */
 
 #include <stddef.h>

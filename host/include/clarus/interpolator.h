@@ -25,6 +25,8 @@ class Interpolator {
 
     Size render_size() const;
     Size output_size() const;
+    /// The same, for frames of this size. Errors: invalid_argument where they cannot be.
+    Size output_size(Size render_size) const;
 
     /// Device memory; staging is for host images, and is allocated when the first comes.
     MemoryRequirements memory_requirements() const;

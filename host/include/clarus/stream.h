@@ -73,11 +73,11 @@ struct FrameParameters {
 /// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
 /// use (at present all of them).
 struct FrameDescription : FrameParameters {
-    /// Of this frame, where the resolution is dynamic: up to the upscaler's along each side; {0, 0} is that. A change
-    /// waits for nothing, compiles nothing and allocates nothing; the history is resampled and stays.
+    /// This frame's render size, where options.dynamic_resolution is set: at most the upscaler's along each side; {0,
+    /// 0}: the upscaler's. A change waits for nothing, compiles nothing and allocates nothing; the history is
+    /// resampled.
     Size render_size;
-    /// In place of options.motion.scale, which is for vectors in pixels, or for uv vectors of the upscaler's render
-    /// size.
+    /// This frame's scale in place of options.motion.scale: uv vectors need it where the render size changes.
     std::optional<Vec2> motion_scale;
     Image color;
     Image depth;   // may be empty where Upscaler::needs_depth() is false
@@ -113,7 +113,7 @@ struct StageProfile {
     std::string name;         // "convolution 1", "warp", …
     std::string kernel;       // the implementation and its parameters
     double seconds = 0;       // median over the frames, from device events
-    double operations = 0;    // floating-point operations a frame, counted as the plain definition's
+    double operations = 0;    // floating-point operations a frame of the largest size, as the plain definition counts
     double bytes = 0;         // bytes a frame that must be read and written, each tensor once
     std::vector<Span> spans;  // one a launch; a stage is launched once a frame, or for each band of rows
 };
