@@ -46,6 +46,6 @@ TEST_SUITE("small") {
         view.pixels.assign(16, 0);
         view.pixels.back() = 1;
         CHECK(cli::view_picture(view, {6, 6}).at(5, 5, 0) == 1);
-        CHECK(cli::view_picture(view, {6, 6}).at(4, 4, 0) == 0);
+        CHECK(cli::view_picture(view, {6, 6}).at(3, 3, 0) == 0);
     }
 }
