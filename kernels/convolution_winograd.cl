@@ -80,12 +80,20 @@ INLINE float16 load_lanes(INPUT_PARAMETERS int part, int x, int y, int channel, 
     return lanes16(INPUT part, x, y, channel, guarded);
 }
 
+// At the image's border, of any part and number of lanes: few patches are there, and 36 copies of this in each of them
+// took a second to compile.
+OUTLINE float16 load_lanes_at_border(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes) {
+    return load_lanes(INPUT part, x, y, channel, lanes, 1);
+}
+
 // The 6×6 patch whose corner is at (x, y), of 16 / lanes tiles.
 INLINE void load_patch(INPUT_PARAMETERS int part, int x, int y, int channel, int lanes, int guarded, float16 d[6][6]) {
 #pragma unroll
     for (int r = 0; r < 6; ++r)
 #pragma unroll
-        for (int c = 0; c < 6; ++c) d[r][c] = load_lanes(INPUT part, x + c, y + r, channel, lanes, guarded);
+        for (int c = 0; c < 6; ++c)
+            d[r][c] = guarded ? load_lanes_at_border(INPUT part, x + c, y + r, channel, lanes)
+                              : load_lanes(INPUT part, x + c, y + r, channel, lanes, 0);
 }
 
 // The same inside an image that is upsampled: x and y are odd, and the patch comes from 4×4 pixels, three quarters of
