@@ -1,6 +1,6 @@
 // What a network carries from frame to frame, at another size: first along y, then along x, by Keys' bicubic held
-// between the two pixels around, so that a value that is there stays and edges do not ring. A value that is not a number
-// counts as the other of the two; 0 where neither is one. Positions are fractions of whole numbers, the sizes.
+// between the two pixels around, so that a value that is there stays and edges do not ring. A value that is not a
+// number counts as the other of the two; 0 where neither is one. Positions are fractions of whole numbers, the sizes.
 //
 // Options: IN_*, OUT_* (layouts of the same channels), STORE_HALF.
 
@@ -41,17 +41,17 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resize_state(Si
         float4 along_y[4];
         for (int i = 0; i < 4; ++i) {
             const int at = clamp(column.first + i, 0, IN_WIDTH - 1);
-            along_y[i] = filter4(LOAD_CHANNELS(IN, in, at, rows.s0, c), LOAD_CHANNELS(IN, in, at, rows.s1, c),
-                                 LOAD_CHANNELS(IN, in, at, rows.s2, c), LOAD_CHANNELS(IN, in, at, rows.s3, c),
-                                 row.weights);
+            along_y[i] =
+                filter4(LOAD_CHANNELS(IN, in, at, rows.s0, c), LOAD_CHANNELS(IN, in, at, rows.s1, c),
+                        LOAD_CHANNELS(IN, in, at, rows.s2, c), LOAD_CHANNELS(IN, in, at, rows.s3, c), row.weights);
         }
         STORE_CHANNELS(OUT, filter4(along_y[0], along_y[1], along_y[2], along_y[3], column.weights), out, x, y, c);
     }
 }
 
-// For devices that make vectors of what a work-item says is one: strips of PIXELS pixels, of all source columns of which
-// those along y are filtered first, four at a time. Wants pixels of four elements, and at most MOST_RATIO source pixels
-// to a pixel along x.
+// For devices that make vectors of what a work-item says is one: strips of PIXELS pixels, of all source columns of
+// which those along y are filtered first, four at a time. Wants pixels of four elements, and at most MOST_RATIO source
+// pixels to a pixel along x.
 #ifdef PIXELS
 #define SPAN (MOST_RATIO * PIXELS + 4)
 #define VECTORS ((SPAN + 3) / 4)
@@ -80,9 +80,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resize_state_st
             continue;
         }
         const int4 at = IN_STRIDE * clamp(column + (int4)(0, 1, 2, 3), (int4)(0), (int4)(IN_WIDTH - 1));
-#define LOAD_LINE(place)                                                                       \
-    (float16)(LOAD4(in, place + at.s0), LOAD4(in, place + at.s1), LOAD4(in, place + at.s2), \
-              LOAD4(in, place + at.s3))
+#define LOAD_LINE(place) \
+    (float16)(LOAD4(in, place + at.s0), LOAD4(in, place + at.s1), LOAD4(in, place + at.s2), LOAD4(in, place + at.s3))
         filtered[i] = filter16(LOAD_LINE(place0), LOAD_LINE(place1), LOAD_LINE(place2), LOAD_LINE(place3), row.weights);
     }
     const float4* source = (const float4*)filtered;

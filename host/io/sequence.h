@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/rounding.h"
-#include "clarus/types.h"
 #include "clarus/stream.h"
+#include "clarus/types.h"
 #include "io/image.h"
 
 namespace clarus::io {

@@ -2,8 +2,8 @@
 
 #include <Imath/ImathVec.h>
 
-#include "clarus/types.h"
 #include "clarus/stream.h"
+#include "clarus/types.h"
 
 namespace clarus::render {
 

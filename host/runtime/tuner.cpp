@@ -25,7 +25,7 @@
 namespace clarus::runtime {
 namespace {
 
-constexpr int kRuns = 5;         // of a candidate after its first; the shortest counts
+constexpr int kRuns = 5;            // of a candidate after its first; the shortest counts
 constexpr double kGiveUpRatio = 4;  // of a first run to the best so far: the candidate is measured no further
 
 std::string describe_choices(const Choices& choices) {

@@ -1,6 +1,7 @@
+#include "cl/error.h"
+
 #include <doctest/doctest.h>
 
-#include "cl/error.h"
 #include "test_device.h"
 
 using namespace clarus;

@@ -1,3 +1,5 @@
+#include "io/frames.h"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <limits>
 
 #include "clarus/error.h"
-#include "io/frames.h"
 #include "temporary_folder.h"
 
 using namespace clarus;

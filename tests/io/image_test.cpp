@@ -1,3 +1,5 @@
+#include "io/image.h"
+
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -8,7 +10,6 @@
 
 #include "clarus/error.h"
 #include "io/file.h"
-#include "io/image.h"
 #include "temporary_folder.h"
 
 using namespace clarus;

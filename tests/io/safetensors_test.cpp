@@ -1,3 +1,5 @@
+#include "io/safetensors.h"
+
 #include <Imath/half.h>
 #include <doctest/doctest.h>
 
@@ -6,7 +8,6 @@
 #include <random>
 
 #include "clarus/error.h"
-#include "io/safetensors.h"
 #include "temporary_folder.h"
 
 using namespace clarus;

@@ -1,3 +1,5 @@
+#include "io/sequence.h"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -8,7 +10,6 @@
 
 #include "clarus/error.h"
 #include "io/file.h"
-#include "io/sequence.h"
 #include "temporary_folder.h"
 
 using namespace clarus;

@@ -126,8 +126,8 @@ Planes expected_depth(const Planes& raw, DepthEncoding encoding, double near_pla
     });
 }
 
-StreamOptions formats(ElementType color, int color_channels, ElementType depth, int depth_channels,
-                        ElementType motion, int motion_channels) {
+StreamOptions formats(ElementType color, int color_channels, ElementType depth, int depth_channels, ElementType motion,
+                      int motion_channels) {
     StreamOptions options;
     options.color_format = {color, color_channels};
     options.depth_format = {depth, depth_channels};

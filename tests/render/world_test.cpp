@@ -1,3 +1,5 @@
+#include "render/worlds/world.h"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,7 +16,6 @@
 #include "render/worlds/probe.h"
 #include "render/worlds/shots.h"
 #include "render/worlds/torcs.h"
-#include "render/worlds/world.h"
 #include "render_harness.h"
 #include "temporary_folder.h"
 

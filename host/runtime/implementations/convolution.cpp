@@ -195,7 +195,8 @@ std::vector<Choices> winograd_choices(const Problem& problem, const DeviceProfil
 }
 
 int prefer_winograd(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = is_dense(problem) && !problem.parameters->avoid_winograd && !winograd_choices(problem, profile).empty();
+    const bool fits =
+        is_dense(problem) && !problem.parameters->avoid_winograd && !winograd_choices(problem, profile).empty();
     return fits && !wants_many_work_items(profile) ? 4 : 0;
 }
 
