@@ -23,10 +23,9 @@ typedef struct {
 INLINE Window window_of(int x, int from, int to, int enlarges) {
     Window window;
     if (enlarges) {
-        const int place = (2 * x + 1) * from - to;  // the index coordinate in units of 1 / (2 to)
-        const int whole = place < 0 ? -1 : place / (2 * to);
-        vstore4(keys((float)(place - whole * 2 * to) / (2 * to)), 0, window.weights);
-        window.first = whole - 1;
+        const Coordinate u = resized_coordinate(x, from, to);
+        vstore4(keys(u.fraction), 0, window.weights);
+        window.first = u.whole - 1;
         window.count = 4;
     } else {
         window.first = x * from / to;

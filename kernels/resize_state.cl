@@ -4,8 +4,6 @@
 //
 // Options: IN_*, OUT_* (layouts of the same channels), STORE_HALF.
 
-#define FURTHER_TAPS 1  // on the left of the two pixels around, and on their right
-
 // Where a pixel lies between the source pixels of an axis.
 typedef struct {
     int first;  // of four
@@ -13,9 +11,8 @@ typedef struct {
 } Window;
 
 INLINE Window window_of(int x, int from, int to) {
-    const int place = (2 * x + 1) * from - to;  // the index coordinate in units of 1 / (2 to)
-    const int whole = place < 0 ? -1 : place / (2 * to);
-    const Window window = {whole - FURTHER_TAPS, keys((float)(place - whole * 2 * to) / (2 * to))};
+    const Coordinate u = resized_coordinate(x, from, to);
+    const Window window = {u.whole - 1, keys(u.fraction)};
     return window;
 }
 

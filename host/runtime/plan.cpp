@@ -20,11 +20,6 @@ Storage storage_for(Precision precision, const DeviceProfile& profile) {
     return half && profile.half_storage ? Storage::f16 : Storage::f32;
 }
 
-double tensor_bytes(const TensorLayout& layout) {
-    return static_cast<double>(layout.width / layout.samples) * (layout.height / layout.samples) * layout.channels *
-           bytes_of(layout.storage);
-}
-
 IngestProblem ingest_problem(const LayoutPlan& plan, const StreamOptions& options) {
     IngestProblem problem;
     problem.options = &options;
@@ -127,6 +122,11 @@ void present_early(Plan& plan, const StreamOptions& options, const DeviceProfile
 }
 
 }  // namespace
+
+double tensor_bytes(const TensorLayout& layout) {
+    return static_cast<double>(layout.width / layout.samples) * (layout.height / layout.samples) * layout.channels *
+           bytes_of(layout.storage);
+}
 
 std::map<int, Lowered> Plan::convolutions() const {
     std::map<int, Lowered> result;

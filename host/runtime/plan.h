@@ -17,6 +17,9 @@
 
 namespace clarus::runtime {
 
+/// Bytes of the values that are stored of a tensor, without padding.
+double tensor_bytes(const TensorLayout& layout);
+
 /// A node that launches a kernel, and the kernel chosen for it.
 struct PlannedStage {
     graph::Value value;

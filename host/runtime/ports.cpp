@@ -53,10 +53,6 @@ cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
     return {{static_cast<cl_uint>(offset), static_cast<cl_uint>(pitch)}};
 }
 
-double tensor_bytes(const TensorLayout& layout) {
-    return static_cast<double>(layout.width) * layout.height * layout.channels * bytes_of(layout.storage);
-}
-
 }  // namespace
 
 Ports::Ports(ocl::Context& context, const Plan& plan, const StreamOptions& options, Profiler& profiler)
