@@ -23,9 +23,9 @@ typedef struct {
 INLINE Window window_of(int x, int from, int to, int enlarges) {
     Window window;
     if (enlarges) {
-        const Coordinate u = resized_coordinate(x, from, to);
-        vstore4(keys(u.fraction), 0, window.weights);
-        window.first = u.whole - 1;
+        float fraction;
+        window.first = resized_coordinate(x, from, to, &fraction) - 1;
+        vstore4(keys(fraction), 0, window.weights);
         window.count = 4;
     } else {
         window.first = x * from / to;

@@ -11,8 +11,9 @@ typedef struct {
 } Window;
 
 INLINE Window window_of(int x, int from, int to) {
-    const Coordinate u = resized_coordinate(x, from, to);
-    const Window window = {u.whole - 1, keys(u.fraction)};
+    float fraction;
+    const int whole = resized_coordinate(x, from, to, &fraction);
+    const Window window = {whole - 1, keys(fraction)};
     return window;
 }
 
