@@ -20,6 +20,9 @@ void check_format(std::string_view name, const ImageFormat& format, int least, i
 }
 
 void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context) {
+    if (!context)
+        fail(ErrorKind::invalid_argument,
+             "frame.{}: a buffer, and the devices at work share no context; give host memory", name);
     size_t size = 0;
     cl_context owner = nullptr;
     const bool known = clGetMemObjectInfo(image.buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr) == CL_SUCCESS &&

@@ -19,7 +19,8 @@ struct FrameSizes {
     Size color, render, output;
 };
 
-/// Errors: invalid_argument, naming the field of the frame description. Buffers must be of `context` and large enough.
+/// Errors: invalid_argument, naming the field of the frame description. Buffers must be of `context` and large enough;
+/// without one there must be none.
 void check_frame(const FrameDescription& frame, const StreamOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context);
 

@@ -1,43 +1,135 @@
 #include "api/stream.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "api/stage_costs.h"
 #include "base/error.h"
 #include "cl/context.h"
+#include "graph/passes.h"
+#include "runtime/placement.h"
 
 namespace clarus {
+namespace {
+
+constexpr std::string_view kMeasuredPlacement = "auto";
+
+}  // namespace
 
 Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options, std::vector<Size> others)
     : device_(std::move(device)),
       build_(std::move(build)),
       options_(std::move(options)),
       others_(std::move(others)),
-      largest_(build_(render)),
-      tuner_(device_.context(), options_.tuning) {
+      largest_(build_(render)) {
     check_options(options_, largest_.graph);
-    begin_with(
-        plan_of_largest([&](const runtime::Problem& problem) { return tuner_.select_without_measuring(problem); }));
-}
-
-void Stream::begin_with(std::unique_ptr<runtime::Plan> plan_of_largest) {
-    plan_ = std::move(plan_of_largest);
     sizes_ = largest_.sizes;
     scale_ = largest_.scale;
-    memory_.weights = plan_->weight_bytes;
-    memory_.arena = plan_->memory.bytes;
-    memory_.peak_live_bytes = plan_->memory.peak_live_bytes;
-    memory_.staging = runtime::Executor::staging_bytes(*plan_, options_.dynamic_resolution, options_);
+    const std::vector<DeviceProfile> devices = device_.profiles();
+    if (devices.size() == 1) {
+        if (options_.placement != kMeasuredPlacement)
+            fail(ErrorKind::invalid_argument, "options.placement: '{}' is for several devices, and there is one",
+                 options_.placement);
+        part_out(largest_.graph, std::vector<int>(largest_.graph.nodes.size(), 0));
+        return;
+    }
+    if (options_.dynamic_resolution)
+        fail(ErrorKind::invalid_argument, "options.dynamic_resolution: of one device alone, and there are {}",
+             devices.size());
+    options_.precision = runtime::common_precision(options_.precision, devices);
+    const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
+    const bool measures = options_.placement == kMeasuredPlacement;
+    part_out(fused, runtime::place_by_rules(fused, measures ? "" : options_.placement, devices));
 }
 
-std::unique_ptr<runtime::Plan> Stream::plan_of_largest(const Select& select) const {
-    return runtime::make_plan(largest_.graph, options_, device_.profile(), select);
+bool Stream::ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem::*resource) const {
+    return std::any_of(parts_.begin(), parts_.end(),
+                       [&](const Part& part) { return (part.plan->ingest.*resource).has_value(); });
+}
+
+bool Stream::needs_depth() const { return ingests(&runtime::IngestProblem::depth); }
+bool Stream::needs_motion() const { return ingests(&runtime::IngestProblem::motion); }
+
+std::vector<runtime::PartPlan> Stream::part_plans() const {
+    std::vector<runtime::PartPlan> plans;
+    for (const Part& part : parts_) plans.push_back({part.context.get(), part.plan.get()});
+    return plans;
+}
+
+void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places) {
+    graph::Partition partition = graph::partition(graph, places);
+    links_ = std::move(partition.links);
+    parts_.clear();
+    std::vector<bool> has_queue(device_.contexts().size(), false);
+    for (graph::Part& each : partition.parts) {
+        const std::shared_ptr<ocl::Context>& own = device_.contexts()[each.place];
+        Part& part = parts_.emplace_back();
+        part.context = has_queue[each.place] ? own->with_another_queue() : own;
+        part.device = each.place;
+        part.graph = std::move(each.graph);
+        part.tuner = std::make_unique<runtime::Tuner>(*part.context, options_.tuning);
+        plan_part(part, [&](const runtime::Problem& problem) { return part.tuner->select_without_measuring(problem); });
+        has_queue[each.place] = true;
+    }
+    take_memory_requirements();
+}
+
+void Stream::place_by_measuring() {
+    const std::vector<std::shared_ptr<ocl::Context>>& contexts = device_.contexts();
+    const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
+    runtime::PlacementCosts costs;
+    for (const auto& context : contexts)
+        costs.seconds.push_back(measure_nodes(*context, fused, options_, sizes_, constants({}, false)));
+    std::vector<std::vector<TransferTime>> times(contexts.size(), std::vector<TransferTime>(contexts.size()));
+    for (size_t from = 0; from < contexts.size(); ++from)
+        for (size_t to = 0; to < contexts.size(); ++to)
+            if (from != to) times[from][to] = measure_transfer(*contexts[from], *contexts[to]);
+    costs.transfer = [&](int from, int to, double bytes) {
+        return times[from][to].start + times[from][to].a_byte * bytes;
+    };
+    const std::vector<int> places = runtime::place_for_speed(fused, costs);
+    part_out(fused, places);
+    const std::vector<int> part_of = graph::part_of_nodes(fused, places);
+    for (size_t value = 0; value < part_of.size(); ++value)
+        if (part_of[value] >= 0) parts_[part_of[value]].seconds += costs.seconds[places[value]][value];
+}
+
+std::vector<PlacedPart> Stream::placement() const {
+    std::vector<PlacedPart> result;
+    if (device_.contexts().size() == 1) return result;
+    for (size_t index = 0; index < parts_.size(); ++index) {
+        const runtime::Plan& plan = *parts_[index].plan;
+        PlacedPart part{parts_[index].device, {}, parts_[index].seconds, 0};
+        for (const runtime::PlannedStage& stage : plan.stages) part.stages.push_back(stage.problem.node.name);
+        for (const graph::Link& link : links_) {
+            if (link.to != static_cast<int>(index) || parts_[link.from].device == part.device) continue;
+            if (const runtime::TensorLayout* layout = plan.imports()[link.to_port])
+                part.bytes_in += static_cast<size_t>(runtime::tensor_bytes(*layout));
+        }
+        result.push_back(std::move(part));
+    }
+    return result;
+}
+
+void Stream::plan_part(Part& part, const Select& select) const {
+    part.plan = runtime::make_plan(part.graph, options_, part.context->profile(), select);
+}
+
+void Stream::take_memory_requirements() {
+    memory_ = {};
+    for (const Part& part : parts_) {
+        const runtime::Plan& plan = *part.plan;
+        memory_ += {plan.weight_bytes, plan.memory.bytes, plan.memory.peak_live_bytes,
+                    runtime::Executor::staging_bytes(plan, options_.dynamic_resolution, options_)};
+    }
+    memory_.arena += runtime::Program::link_bytes(part_plans(), links_);
 }
 
 std::unique_ptr<runtime::Plan> Stream::plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const {
     const auto select = [&](const runtime::Problem& problem) {
         const std::optional<runtime::Selection> kept = choices.find(problem);
-        return kept ? *kept : tuner_.select_without_measuring(problem);
+        return kept ? *kept : parts_.front().tuner->select_without_measuring(problem);
     };
     return runtime::make_plan(graph, options_, device_.profile(), select, choices.bands());
 }
@@ -77,13 +169,15 @@ std::vector<std::unique_ptr<runtime::Plan>> Stream::other_plans() const {
 void Stream::change_size(const SizedGraph& sized, bool keeps_history) {
     std::unique_ptr<runtime::Plan> next = plan_like(*choices_, sized.graph);
     try {
-        executor_->change_plan(*next, keeps_history);
+        program_->executor(0).change_plan(*next, keeps_history);
     } catch (...) {
-        executor_.reset();  // its memory is neither the old plan's nor the new one's
-        begin_with(plan_like(*choices_, largest_.graph));
+        program_.reset();  // its memory is neither the old plan's nor the new one's
+        parts_.front().plan = plan_like(*choices_, largest_.graph);
+        sizes_ = largest_.sizes;
+        scale_ = largest_.scale;
         throw;
     }
-    plan_ = std::move(next);
+    parts_.front().plan = std::move(next);
     const auto rescaled = [](float jitter, int to, int from) { return jitter * static_cast<float>(to) / from; };
     const Size to = sized.sizes.render, from = sizes_.render;
     previous_jitter_ = {rescaled(previous_jitter_.x, to.width, from.width),
@@ -125,59 +219,70 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
 }
 
 void Stream::prepare(const std::function<void(double)>& progress) {
-    if (executor_) return;
+    if (program_) return;
+    if (device_.contexts().size() > 1 && options_.placement == kMeasuredPlacement) place_by_measuring();
     // Measuring takes the first half of the bar where there is any.
     const bool measures = options_.tuning == Tuning::measure;
     if (measures) {
-        const double stages = static_cast<double>(plan_->stages.size());
-        double measured = 0;
-        begin_with(plan_of_largest([&](const runtime::Problem& problem) {
-            if (progress) progress(0.5 * measured++ / stages);
-            return tuner_.select(problem);
-        }));
+        double stages = 0, measured = 0;
+        for (const Part& part : parts_) stages += static_cast<double>(part.plan->stages.size());
+        for (Part& part : parts_)
+            plan_part(part, [&](const runtime::Problem& problem) {
+                if (progress) progress(0.5 * measured++ / stages);
+                return part.tuner->select(problem);
+            });
+        take_memory_requirements();
     }
-    choices_.emplace(*plan_, device_.profile());
+    if (has_one_part()) choices_.emplace(plan(), device_.profile());
     const std::vector<std::unique_ptr<runtime::Plan>> others = other_plans();
     const double begin = measures ? 0.5 : 0;
-    executor_ = std::make_unique<runtime::Executor>(device_.context(), *plan_, others, options_, [&](double done) {
+    program_ = std::make_unique<runtime::Program>(device_.context(), part_plans(), links_, others, options_, [&](double done) {
         if (progress) progress(begin + (1 - begin) * done);
     });
+}
+
+cl_context Stream::context_of_images() const {
+    const cl_context first = device_.context().context()();
+    for (const auto& context : device_.contexts())
+        if (context->context()() != first) return nullptr;
+    return first;
 }
 
 FrameEvent Stream::submit(const FrameDescription& frame) {
     const Size render = frame.render_size == Size{} ? largest_.sizes.render : frame.render_size;
     std::optional<SizedGraph> other;
     if (render != sizes_.render) other = built(render);
-    check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()},
-                device_.context().context()());
+    check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()}, context_of_images());
     prepare();
     const bool without_history = frame.reset || reset_;
     reset_ = true;  // where submit fails
     if (other) change_size(*other, !without_history);
-    const FrameEvent event(executor_->submit(frame, constants(frame, without_history)));
+    const FrameEvent event(program_->submit(frame, constants(frame, without_history)));
     reset_ = false;
     previous_jitter_ = frame.jitter;
     return event;
 }
 
 Upscaler::View Stream::view(const std::string& name) const {
-    if (!executor_ || !executor_->has_run())
+    if (!program_ || !program_->has_run())
         fail(ErrorKind::invalid_argument, "view \"{}\": no frame was submitted yet", name);
-    const graph::Graph& graph = plan_->layout.graph;
-    const auto found = graph.views.find(name);
-    if (found == graph.views.end())
-        fail(ErrorKind::invalid_argument, "view \"{}\" was not asked for in UpscalerOptions::views", name);
-    const graph::Shape& shape = graph.shape(found->second);
-    return {{shape.width, shape.height},
-            shape.channels,
-            executor_->read(found->second),
-            graph.views_by_channel.contains(name)};
+    for (size_t part = 0; part < parts_.size(); ++part) {
+        const graph::Graph& graph = parts_[part].plan->layout.graph;
+        const auto found = graph.views.find(name);
+        if (found == graph.views.end()) continue;
+        const graph::Shape& shape = graph.shape(found->second);
+        return {{shape.width, shape.height},
+                shape.channels,
+                program_->executor(static_cast<int>(part)).read(found->second),
+                graph.views_by_channel.contains(name)};
+    }
+    fail(ErrorKind::invalid_argument, "view \"{}\" was not asked for in UpscalerOptions::views", name);
 }
 
-double Stream::largest_jitter_distance() const { return executor_ ? executor_->largest_jitter_distance() : 0; }
+double Stream::largest_jitter_distance() const { return program_ ? program_->largest_jitter_distance() : 0; }
 
 std::vector<StageProfile> Stream::take_profile() {
-    return executor_ ? executor_->profiler().take() : std::vector<StageProfile>{};
+    return program_ ? program_->take_profile() : std::vector<StageProfile>{};
 }
 
 }  // namespace clarus

@@ -7,10 +7,10 @@
 #include "api/frame_checks.h"
 #include "clarus/upscaler.h"
 #include "graph/graph.h"
-#include "runtime/executor.h"
 #include "runtime/frame_constants.h"
 #include "runtime/kept_choices.h"
 #include "runtime/plan.h"
+#include "runtime/program.h"
 #include "runtime/tuner.h"
 
 namespace clarus {
@@ -40,8 +40,8 @@ class Stream {
     const FrameSizes& sizes() const { return largest_.sizes; }
     /// Of frames of this size. Errors: invalid_argument.
     FrameSizes sizes(Size render) const;
-    bool needs_depth() const { return plan_->ingest.depth.has_value(); }
-    bool needs_motion() const { return plan_->ingest.motion.has_value(); }
+    bool needs_depth() const;
+    bool needs_motion() const;
     const MemoryRequirements& memory_requirements() const { return memory_; }
 
     /// As Upscaler's.
@@ -52,9 +52,34 @@ class Stream {
     double largest_jitter_distance() const;
     std::vector<StageProfile> take_profile();
 
+    /// How the stages are shared out among several devices, by parts that run one after the other; empty of one device.
+    std::vector<PlacedPart> placement() const;
+
   private:
     using Select = std::function<runtime::Selection(const runtime::Problem&)>;
-    std::unique_ptr<runtime::Plan> plan_of_largest(const Select& select) const;
+
+    /// What one device does of a frame by one of its queues; all of it where there is one device.
+    struct Part {
+        std::shared_ptr<ocl::Context> context;
+        int device = 0;
+        graph::Graph graph;
+        std::unique_ptr<runtime::Tuner> tuner;
+        std::unique_ptr<runtime::Plan> plan;
+        double seconds = 0;  // PlacedPart::seconds
+    };
+
+    bool has_one_part() const { return parts_.size() == 1; }
+    const runtime::Plan& plan() const { return *parts_.front().plan; }
+    bool ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem::*resource) const;
+    std::vector<runtime::PartPlan> part_plans() const;
+
+    /// Cuts the network by `places` (graph::partition) and plans each part without measuring.
+    void part_out(const graph::Graph& fused, const std::vector<int>& places);
+    /// Measures every stage on every device and cuts where that makes most frames a second.
+    void place_by_measuring();
+    void plan_part(Part& part, const Select& select) const;
+    void take_memory_requirements();
+
     /// A plan with the kernels of `choices`, where it has them.
     std::unique_ptr<runtime::Plan> plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const;
     /// Of half the size, and of the other sizes that can be.
@@ -62,7 +87,8 @@ class Stream {
     SizedGraph built(Size render) const;
     /// Goes on with frames of another size.
     void change_size(const SizedGraph& sized, bool keeps_history);
-    void begin_with(std::unique_ptr<runtime::Plan> plan_of_largest);
+    /// That callers' buffers must be of; null where devices share none.
+    cl_context context_of_images() const;
     runtime::FrameConstants constants(const FrameDescription& frame, bool without_history) const;
 
     Device device_;
@@ -70,13 +96,13 @@ class Stream {
     runtime::PlanOptions options_;
     std::vector<Size> others_;
     SizedGraph largest_;
-    FrameSizes sizes_;  // of the last frame
-    double scale_;      // likewise
-    runtime::Tuner tuner_;
-    std::unique_ptr<runtime::Plan> plan_;  // of frames of these sizes
+    FrameSizes sizes_;         // of the last frame
+    double scale_;             // likewise
+    std::vector<Part> parts_;  // their plans are of frames of these sizes
+    std::vector<graph::Link> links_;
     MemoryRequirements memory_;
     std::optional<runtime::KeptChoices> choices_;
-    std::unique_ptr<runtime::Executor> executor_;
+    std::unique_ptr<runtime::Program> program_;
     bool reset_ = true;     // the next frame starts without history
     Vec2 previous_jitter_;  // in render pixels of the last frame
 };

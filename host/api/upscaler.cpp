@@ -1,5 +1,6 @@
 #include "clarus/upscaler.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -45,7 +46,9 @@ cl_event FrameEvent::get() const { return result_->done(); }
 
 unsigned FrameEvent::invalid_motion_vectors() const {
     wait();
-    return result_->invalid_motion_vectors;
+    unsigned vectors = result_->invalid_motion_vectors;
+    for (const auto& part : result_->parts) vectors = std::max(vectors, part->invalid_motion_vectors);
+    return vectors;
 }
 
 struct Upscaler::State {
@@ -111,6 +114,8 @@ std::vector<std::string> Upscaler::view_names() const {
 Upscaler::View Upscaler::view(const std::string& name) const { return state_->stream.view(name); }
 
 double Upscaler::largest_jitter_distance() const { return state_->stream.largest_jitter_distance(); }
+
+std::vector<PlacedPart> Upscaler::placement() const { return state_->stream.placement(); }
 
 std::vector<StageProfile> Upscaler::take_profile() { return state_->stream.take_profile(); }
 

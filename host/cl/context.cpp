@@ -41,13 +41,13 @@ std::string describe(std::span<const ProgramUnit> units) {
 
 }  // namespace
 
-Context::Context(cl::Device device, DeviceProfile profile)
+Context::Context(cl::Context context, cl::Device device, DeviceProfile profile)
     : profile_(std::move(profile)),
       device_(std::move(device)),
+      context_(std::move(context)),
       disk_cache_(programs_directory()),
       identity_(device_identity(device_)),
       driver_keeps_programs_(driver_keeps_programs(device_)) {
-    checked(fmt::format("make a context on {}", profile_.name), [&] { context_ = cl::Context(device_); });
     checked(fmt::format("make a queue on {}", profile_.name),
             [&] { queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE); });
 }
@@ -65,6 +65,12 @@ Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue,
         if (!queue_is_callers_) queue_ = cl::CommandQueue(context_, device_, CL_QUEUE_PROFILING_ENABLE);
         queue_has_profiling_ = has_property(queue_, CL_QUEUE_PROFILING_ENABLE);
     });
+}
+
+std::shared_ptr<Context> Context::with_another_queue() const {
+    const auto other = std::make_shared<Context>(context_, device_, profile_);
+    other->programs_compiled_ = programs_compiled_;
+    return other;
 }
 
 cl::Program Context::program(std::string_view file, std::string_view options) {
@@ -151,7 +157,7 @@ cl::Program Context::load_or_compile(std::span<const ProgramUnit> units, const s
     cl::Program program = build(units, text);
     log(LogLevel::debug, "compiled {} in {:.0f} ms", describe(units),
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    ++programs_compiled_;
+    ++*programs_compiled_;
     const std::lock_guard lock(mutex_);
     unsaved_.emplace(key, program);
     return program;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <future>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -27,14 +28,17 @@ struct UnitPlace {
 /// may build different programs at once.
 class Context {
   public:
-    /// A context of its own with a queue that has profiling enabled.
-    Context(cl::Device device, DeviceProfile profile);
+    /// In a context that has the device, with a queue of its own that has profiling enabled.
+    Context(cl::Context context, cl::Device device, DeviceProfile profile);
 
     /// The caller's context and queue. Where the queue is out of order, an in-order one is made in the same context.
     Context(cl::Context context, cl::Device device, cl::CommandQueue queue, DeviceProfile profile);
 
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
+
+    /// The same device in the same OpenCL context, with another queue. What it compiles counts as this one's.
+    std::shared_ptr<Context> with_another_queue() const;
 
     const DeviceProfile& profile() const { return profile_; }
     const cl::Device& device() const { return device_; }
@@ -62,7 +66,7 @@ class Context {
     void save_programs();
 
     /// How many programs this context has compiled: 0 where memory, disk and driver had them all.
-    int programs_compiled() const { return programs_compiled_; }
+    int programs_compiled() const { return *programs_compiled_; }
 
   private:
     cl::Program load_or_compile(std::span<const ProgramUnit> units, const std::string& text, const CacheKey& key);
@@ -82,7 +86,7 @@ class Context {
     std::map<CacheKey, std::shared_future<cl::Program>> programs_;
     std::map<CacheKey, UnitPlace> units_;  // of places()
     std::map<CacheKey, cl::Program> unsaved_;
-    std::atomic<int> programs_compiled_ = 0;
+    std::shared_ptr<std::atomic<int>> programs_compiled_ = std::make_shared<std::atomic<int>>(0);
 };
 
 }  // namespace clarus::ocl

@@ -1,6 +1,7 @@
 #include "clarus/device.h"
 
 #include <algorithm>
+#include <map>
 
 #include "base/log.h"
 #include "cl/context.h"
@@ -24,11 +25,32 @@ std::vector<DeviceProfile> list_devices() {
     return profiles;
 }
 
+namespace {
+
+/// Of a device that is to be treated as one of another class, with that class's limits.
+DeviceProfile profile_as(const ocl::SelectedDevice& selected) {
+    DeviceProfile profile = ocl::profile_of(selected.device, selected.selector);
+    if (!selected.taken_as) return profile;
+    profile.device_class = *selected.taken_as;
+    if (profile.device_class == DeviceClass::dsp) profile.images = false;
+    return profile;
+}
+
+}  // namespace
+
 Device Device::open(std::string_view selector) {
-    const ocl::SelectedDevice selected = ocl::select_device(selector);
+    const std::vector<ocl::SelectedDevice> selected = ocl::select_devices(selector);
     return ocl::checked(fmt::format("open the device '{}'", selector), [&] {
-        return Device(
-            std::make_shared<ocl::Context>(selected.device, ocl::profile_of(selected.device, selected.selector)));
+        std::map<cl_platform_id, std::vector<cl::Device>> platforms;
+        for (const ocl::SelectedDevice& each : selected)
+            platforms[each.device.getInfo<CL_DEVICE_PLATFORM>()].push_back(each.device);
+        std::map<cl_platform_id, cl::Context> contexts;
+        for (const auto& [platform, devices] : platforms) contexts[platform] = cl::Context(devices);
+        std::vector<std::shared_ptr<ocl::Context>> result;
+        for (const ocl::SelectedDevice& each : selected)
+            result.push_back(std::make_shared<ocl::Context>(contexts[each.device.getInfo<CL_DEVICE_PLATFORM>()],
+                                                            each.device, profile_as(each)));
+        return Device(std::move(result));
     });
 }
 
@@ -47,13 +69,31 @@ Device Device::adopt(cl_context context, cl_device_id device, cl_command_queue q
         std::string selector;
         for (const ocl::PlacedDevice& placed : ocl::placed_devices())
             if (placed.device() == device) selector = placed.selector();
-        return Device(std::make_shared<ocl::Context>(cl::Context(context, true), adopted, adopted_queue,
-                                                     ocl::profile_of(adopted, selector)));
+        return Device({std::make_shared<ocl::Context>(cl::Context(context, true), adopted, adopted_queue,
+                                                      ocl::profile_of(adopted, selector))});
     });
 }
 
-const DeviceProfile& Device::profile() const { return context_->profile(); }
+Device Device::together(const std::vector<Device>& devices) {
+    std::vector<std::shared_ptr<ocl::Context>> contexts;
+    for (const Device& device : devices)
+        contexts.insert(contexts.end(), device.contexts_.begin(), device.contexts_.end());
+    if (contexts.empty()) fail(ErrorKind::invalid_argument, "no device is to work together");
+    return Device(std::move(contexts));
+}
 
-int Device::programs_compiled() const { return context_->programs_compiled(); }
+const DeviceProfile& Device::profile() const { return context().profile(); }
+
+std::vector<DeviceProfile> Device::profiles() const {
+    std::vector<DeviceProfile> profiles;
+    for (const auto& context : contexts_) profiles.push_back(context->profile());
+    return profiles;
+}
+
+int Device::programs_compiled() const {
+    int programs = 0;
+    for (const auto& context : contexts_) programs += context->programs_compiled();
+    return programs;
+}
 
 }  // namespace clarus

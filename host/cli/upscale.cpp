@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <fstream>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -46,6 +47,8 @@ struct UpscaleOptions {
     int png_compression = 1;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
+    std::string placement = "auto";
+    bool explain_placement = false;
     bool print_profile = false;
     std::filesystem::path trace, report;
 };
@@ -112,6 +115,16 @@ Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
     return format;
 }
 
+/// Rules as they are written on the command line, or in a file of that name: one a line, # before remarks.
+std::string placement_rules(const std::string& given) {
+    if (!std::filesystem::is_regular_file(given)) return given;
+    std::ifstream file(given);
+    std::string rules, line;
+    while (std::getline(file, line)) rules += line.substr(0, line.find('#')) + ",";
+    if (file.bad()) fail(ErrorKind::file, "{} cannot be read", given);
+    return rules;
+}
+
 UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence,
                                  const std::optional<Size>& output_size) {
     UpscalerOptions result = options.settings;
@@ -120,8 +133,16 @@ UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequen
     result.depth = sequence.depth;
     result.motion = sequence.motion_encoding();
     result.dynamic_resolution = sequence.is_dynamic();
+    result.placement = placement_rules(options.placement);
     result.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     return result;
+}
+
+/// Rules name the upscaler's stages.
+InterpolatorOptions interpolator_options(const UpscalerOptions& settings) {
+    InterpolatorOptions options = settings;
+    options.placement = InterpolatorOptions().placement;
+    return options;
 }
 
 std::string listing(const std::vector<std::string>& names) {
@@ -152,6 +173,16 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+void print_placement(const Upscaler& upscaler, const Device& device) {
+    const std::vector<PlacedPart> parts = upscaler.placement();
+    if (parts.empty()) fmt::print("all on {}\n", device.profile().selector);
+    const std::vector<DeviceProfile> devices = device.profiles();
+    for (const PlacedPart& part : parts)
+        fmt::print("{}  {}  {}{:.2f} MB from other devices  {}\n", part.device, devices[part.device].selector,
+                   part.seconds > 0 ? fmt::format("{:.2f} ms  ", 1e3 * part.seconds) : "",
+                   1e-6 * static_cast<double>(part.bytes_in), fmt::join(part.stages, ", "));
+}
+
 void upscale(const UpscaleOptions& options) {
     const auto [model, sequence, output_size] = read_input(options);
     const Format format = output_format(options, sequence.color_space);
@@ -169,7 +200,7 @@ void upscale(const UpscaleOptions& options) {
     Upscaler upscaler(device, model, sequence.render_size, settings);
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled)
-        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), settings);
+        interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const Size made = scaled(sequence.render_size, model.scale());
     const FrameOutput output{options.output,
@@ -198,6 +229,7 @@ void upscale(const UpscaleOptions& options) {
         if (interpolator) interpolator->prepare([&](double fraction) { progress.update(fraction); });
     }
     const double prepare_seconds = seconds_since(start);
+    if (options.explain_placement) print_placement(upscaler, device);
 
     Trace trace;
     const auto frames_start = std::chrono::steady_clock::now();
@@ -246,7 +278,8 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("DIR");
     command
         .add_option("--device", options->device,
-                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
+                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units; with "
+                    "=CLASS, treated as of that class; several between commas work together")
         ->type_name("SEL");
     command
         .add_option("--scale", options->scale,
@@ -303,6 +336,15 @@ void add_upscale_command(CLI::App& app) {
                     "prints the names. May be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
+    command
+        .add_option(
+            "--place", options->placement,
+            "With several devices, what each makes: auto, which measures; rules, PATTERN=DEVICE, between commas, "
+            "of stages' names (--profile) and devices' classes or numbers from 0; or a file of them")
+        ->type_name("RULES")
+        ->capture_default_str();
+    command.add_flag("--explain-placement", options->explain_placement,
+                     "Print which stages each device makes, and what moves between devices");
     command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");
     command.add_option("--trace", options->trace, "Write a Chrome trace (chrome://tracing, ui.perfetto.dev)")
         ->type_name("FILE");
@@ -317,7 +359,10 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --device gpu --profile --report report.json\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --output-size 2560x1440\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
-        "  clarus upscale sequence --model enss-s-x2 --view list");
+        "  clarus upscale sequence --model enss-s-x2 --view list\n"
+        "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"
+        "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"cpu/1, cpu/1=dsp\" "
+        "--place \"*convolution*=dsp\"");
     command.callback([options] {
         if (options->output.empty() && options->views != only_list) throw CLI::RequiredError("--output");
         upscale(*options);

@@ -171,7 +171,7 @@ Graph fuse_convolution_inputs(const Graph& graph) {
     Graph result = graph;
     const Inputs inputs(graph);
     for (Node& node : result.nodes) {
-        if (!is<Convolution>(node)) continue;
+        if (!is<Convolution>(node) || !std::get<Convolution>(node.op).readings.empty()) continue;
         const std::vector<Part> parts = inputs.parts(node);
         if (parts.empty()) continue;
         auto& convolution = std::get<Convolution>(node.op);

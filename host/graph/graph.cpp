@@ -22,6 +22,20 @@ Value Graph::add(Operator op, std::vector<Value> inputs, Shape shape, std::strin
     return static_cast<Value>(nodes.size()) - 1;
 }
 
+std::vector<Value> Graph::results() const {
+    std::vector<Value> results = exports;
+    if (output >= 0) results.push_back(output);
+    for (const auto& [name, value] : views) results.push_back(value);
+    return results;
+}
+
+void Graph::rename_results(const std::function<Value(Value)>& renamed) {
+    if (output >= 0) output = renamed(output);
+    for (Value& value : exports) value = renamed(value);
+    for (auto& [name, value] : views) value = renamed(value);
+    for (State& state : states) state = {renamed(state.previous), renamed(state.next)};
+}
+
 Value Graph::input(Resource resource, Size render) {
     switch (resource) {
         case Resource::color:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -79,9 +80,15 @@ class Graph {
     std::vector<State> states;
     std::map<std::string, Value> views;      // what can be looked at, by name
     std::set<std::string> views_by_channel;  // those of which each channel is a picture
-    Value output = -1;                       // display-encoded colour, 3 channels
+    Value output = -1;                       // display-encoded colour, 3 channels; −1 where another part makes it
+    std::vector<Value> exports;              // what other parts of the network read, in memory that is handed in
 
     const Shape& shape(Value value) const { return nodes[value].shape; }
+
+    /// What is read when the frame's last kernel has run: the output where there is one, views and exports.
+    std::vector<Value> results() const;
+    /// Puts renamed(value) in the place of each of those, and of states' values.
+    void rename_results(const std::function<Value(Value)>& renamed);
 
     Value input(Resource resource, Size render);
     Value plane(FrameScalar scalar, Size size);

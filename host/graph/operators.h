@@ -34,6 +34,14 @@ struct Previous {
     Traits traits() const { return {Memory::previous, Stored::as_input, Pixels::all, kAnyRows, 0}; }
 };
 
+/// What another part of the network has made (graph/partition.h), in this frame or in one before.
+struct Import {
+    int port;  // which of the part's imports
+    int frames_ago;
+    Stored stored;
+    Traits traits() const { return {Memory::imported, stored, Pixels::all, kAnyRows, 0}; }
+};
+
 /// Which jitter shifts the source grid of an upsampling: none, the frame's J, or J_m of the motion vectors.
 enum class Shift { none, jitter, motion_jitter };
 
@@ -444,8 +452,8 @@ struct Pointwise {
     }
 };
 
-using Operator = std::variant<Input, Plane, Previous, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Fit,
-                              Easu, Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
+using Operator = std::variant<Input, Plane, Previous, Import, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample,
+                              Fit, Easu, Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
                               Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense, Compose, Residual,
                               Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
                               Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve,

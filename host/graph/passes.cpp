@@ -83,11 +83,7 @@ bool join_into_users(Graph& graph) {
 }
 
 void replace_outside_nodes(Graph& graph, Value from, Value to) {
-    if (graph.output == from) graph.output = to;
-    for (State& state : graph.states)
-        if (state.next == from) state.next = to;
-    for (auto& [name, value] : graph.views)
-        if (value == from) value = to;
+    graph.rename_results([&](Value value) { return value == from ? to : value; });
 }
 
 void join_through_concat(Graph& graph) {
@@ -145,11 +141,13 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
         for (const State& state : graph.states)
             if (state.previous == value) self(self, state.next);
     };
-    need(need, graph.output);
-    for (const auto& [name, value] : graph.views)
-        if (std::find(keep.begin(), keep.end(), name) != keep.end()) need(need, value);
-
     Graph result;
+    result.output = graph.output;
+    result.exports = graph.exports;
+    for (const auto& [name, value] : graph.views)
+        if (std::find(keep.begin(), keep.end(), name) != keep.end()) result.views[name] = value;
+    for (const Value value : result.results()) need(need, value);
+
     result.parameters = graph.parameters;
     result.jitter_kernels = graph.jitter_kernels;
     result.views_by_channel = graph.views_by_channel;
@@ -162,11 +160,13 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
         result.nodes.push_back(std::move(node));
     }
     for (const State& state : graph.states)
-        if (needed[state.previous]) result.states.push_back({renamed[state.previous], renamed[state.next]});
-    for (const auto& [name, value] : graph.views)
-        if (std::find(keep.begin(), keep.end(), name) != keep.end()) result.views[name] = renamed[value];
-    result.output = renamed[graph.output];
+        if (needed[state.previous]) result.states.push_back(state);
+    result.rename_results([&](Value value) { return renamed[value]; });
     return result;
+}
+
+Graph fuse(const Graph& graph, const std::vector<std::string>& keep) {
+    return fuse_pointwise(fuse_convolution_inputs(remove_unused(graph, keep)));
 }
 
 Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change) {
@@ -181,9 +181,7 @@ Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, V
         const Value value = static_cast<Value>(result.nodes.size()) - 1;
         renamed.push_back(is_color ? change(result, value) : value);
     }
-    for (State& state : result.states) state = {renamed[state.previous], renamed[state.next]};
-    for (auto& [name, value] : result.views) value = renamed[value];
-    result.output = renamed[result.output];
+    result.rename_results([&](Value value) { return renamed[value]; });
     return result;
 }
 

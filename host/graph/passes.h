@@ -25,6 +25,9 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep);
 /// The same, keeping all views.
 Graph remove_unused(const Graph& graph);
 
+/// All of these, in their order.
+Graph fuse(const Graph& graph, const std::vector<std::string>& keep);
+
 /// A graph in which what `change` adds to the colour input stands in the input's place.
 Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change);
 

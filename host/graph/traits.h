@@ -13,6 +13,7 @@ enum class Memory {
     own,       // memory of its own, written by a kernel
     in_place,  // that of its first input, which a kernel changes and nothing else reads afterwards
     ingested,  // memory of its own, written before the frame's first kernel runs
+    imported,  // memory that is handed in, with what another part of the network has made; no kernel
     gathers,   // memory of its own, in which its inputs are made; no kernel
     aliases,   // that of its first input; no kernel
     previous,  // that of a state's value in the frame before; no kernel

@@ -5,9 +5,8 @@ namespace clarus::graph {
 Uses::Uses(const Graph& graph) : by_nodes(graph.nodes.size()), by_others(graph.nodes.size()) {
     for (const Node& node : graph.nodes)
         for (const Value input : node.inputs) ++by_nodes[input];
-    ++by_others[graph.output];
     for (const State& state : graph.states) ++by_others[state.next];
-    for (const auto& [name, value] : graph.views) ++by_others[value];
+    for (const Value value : graph.results()) ++by_others[value];
 }
 
 }  // namespace clarus::graph

@@ -12,7 +12,7 @@ struct Uses {
     bool only_one(Value value) const { return by_nodes[value] + by_others[value] == 1; }
 
     std::vector<int> by_nodes;
-    std::vector<int> by_others;  // output, states, views
+    std::vector<int> by_others;  // Graph::results and states
 };
 
 }  // namespace clarus::graph

@@ -27,9 +27,11 @@ void Arena::lay_out(const Plan& plan) {
     if (plan.memory.bytes > bytes_) allocate(plan.memory.bytes);
     memories_.clear();
     ocl::checked("lay out intermediates", [&] {
-        for (const MemoryPlan::Place& place : plan.memory.places) {
-            const cl_buffer_region region{place.offset, place.bytes};
-            memories_.push_back(whole_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region));
+        for (size_t memory = 0; memory < plan.memory.places.size(); ++memory) {
+            cl::Buffer& part = memories_.emplace_back();
+            if (plan.layout.memories[memory].handed_in) continue;
+            const cl_buffer_region region{plan.memory.places[memory].offset, plan.memory.places[memory].bytes};
+            part = whole_.createSubBuffer(CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region);
         }
     });
     partners_.resize(memories_.size());

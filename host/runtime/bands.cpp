@@ -92,9 +92,8 @@ class Planner {
             use(value, is_stage(value));
             for (const Value input : node.inputs) use(input, is_stage(value));
         }
-        use(graph_.output, false);
         for (const graph::State& state : graph_.states) use(state.next, false), use(state.previous, false);
-        for (const auto& [name, value] : graph_.views) use(value, false);
+        for (const Value value : graph_.results()) use(value, false);
         for (const int memory : outside) inner_.erase(memory);
     }
 
@@ -178,8 +177,12 @@ BandPlan plan_bands(LayoutPlan& plan, int rows, const DeviceProfile& profile, co
     BandPlan result;
     const Value end = static_cast<Value>(plan.graph.nodes.size());
     const auto large = static_cast<double>(large_on(profile));
-    const graph::Shape& output = plan.graph.shape(plan.graph.output);
-    const double enlargement = std::max(1.0, kLargestOutput / (static_cast<double>(output.width) * output.height));
+    double pixels = 1;  // of the largest result
+    for (const Value value : plan.graph.results()) {
+        const graph::Shape& shape = plan.graph.shape(value);
+        pixels = std::max(pixels, static_cast<double>(shape.width) * shape.height);
+    }
+    const double enlargement = std::max(1.0, kLargestOutput / pixels);
     const auto is_part = [&](Value value) { return !launches(plan.graph.nodes[value]) || works_in_bands(plan, value); };
     for (Value first = 0; first < end; ++first) {
         if (!launches(plan.graph.nodes[first]) || !works_in_bands(plan, first)) continue;

@@ -58,8 +58,12 @@ KernelCall present_call(const Plan& plan, const StreamOptions& options) {
 
 /// Adds what reads and writes the caller's formats.
 void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan, const StreamOptions& options) {
-    const KernelCall first = ingest(plan.ingest), last = present_call(plan, options);
-    kernels.add(context, {&first, &last});
+    std::vector<KernelCall> calls;
+    if (plan.ingests()) calls.push_back(ingest(plan.ingest));
+    if (plan.presents()) calls.push_back(present_call(plan, options));
+    std::vector<const KernelCall*> added;
+    for (const KernelCall& call : calls) added.push_back(&call);
+    kernels.add(context, added);
 }
 
 Kernels port_kernels(ocl::Context& context, const Plan& plan, Plans others, const StreamOptions& options) {
@@ -72,7 +76,7 @@ Kernels port_kernels(ocl::Context& context, const Plan& plan, Plans others, cons
 }  // namespace
 
 Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std::unique_ptr<Plan>> others,
-                   const StreamOptions& options, const std::function<void(double)>& progress)
+                   const StreamOptions& options, const HandedIn& handed_in, const std::function<void(double)>& progress)
     : context_(context),
       plan_(&plan),
       options_(options),
@@ -86,6 +90,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std:
     if (!others.empty()) resizing_.emplace(context, kernels_, plan);
     ocl::checked("allocate a counter",
                  [&] { counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint)); });
+    hand_in(handed_in);
     make_stages();
     // Some drivers finish a kernel's compilation when it is first run.
     if (context_.programs_compiled() > compiled_before_) warm_up(others, progress);
@@ -94,34 +99,52 @@ Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std:
 
 Executor::~Executor() { clFinish(context_.queue()()); }
 
+void Executor::hand_in(const HandedIn& handed_in) {
+    const auto hand_in = [&](const std::vector<const TensorLayout*>& layouts, const std::vector<cl::Buffer>& buffers) {
+        for (size_t port = 0; port < layouts.size(); ++port)
+            if (layouts[port]) arena_.hand_in(layouts[port]->memory, buffers[port]);
+    };
+    hand_in(plan_->imports(), handed_in.imports);
+    hand_in(plan_->exports(), handed_in.exports);
+}
+
 void Executor::make_stages() {
+    ingest_.reset();
     stages_.clear();
+    present_.reset();
     profiler_.begin_stages();
-    add_stage(port_kernels_, ingest(plan_->ingest), "ingest", "ingest", 0, ingest_bytes(*plan_, options_));
-    for (const auto* destination : destinations(plan_->ingest))
-        stages_.back().input_memories.push_back(*destination ? (*destination)->memory : -1);
+    if (plan_->ingests()) {
+        ingest_ =
+            make_stage(port_kernels_, ingest(plan_->ingest), "ingest", "ingest", 0, ingest_bytes(*plan_, options_));
+        for (const auto* destination : destinations(plan_->ingest))
+            ingest_->input_memories.push_back(*destination ? (*destination)->memory : -1);
+    }
     for (const PlannedStage& planned : plan_->stages) {
-        Stage& stage =
-            add_stage(planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call,
-                      planned.problem.node.name, planned.selection.describe(), planned.operations, planned.bytes);
+        Stage& stage = stages_.emplace_back(
+            make_stage(planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call,
+                       planned.problem.node.name, planned.selection.describe(), planned.operations, planned.bytes));
         for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))
             stage.parameters = convolution->parameters;
     }
-    presenting_ = plan_->presenting < 0 ? stages_.size() : plan_->presenting + 1;
-    if (plan_->presenting < 0)
-        add_stage(port_kernels_, present_call(*plan_, options_), "present", "present", 0,
-                  present_bytes(*plan_, options_))
-            .input_memories = {plan_->layout.layouts[plan_->layout.graph.output].memory};
+    if (plan_->presents() && plan_->presenting < 0) {
+        present_ = make_stage(port_kernels_, present_call(*plan_, options_), "present", "present", 0,
+                              present_bytes(*plan_, options_));
+        present_->input_memories = {plan_->layout.layouts[plan_->layout.graph.output].memory};
+    }
     ports_.add_stages();
 }
 
-Executor::Stage& Executor::add_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel,
+Executor::Stage Executor::make_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel,
                                      double operations, double bytes) {
     const int profile = profiler_.add_stage(std::move(name), std::move(kernel), operations, bytes);
-    stages_.push_back({Launch(kernels, std::move(call)), {}, {}, -1, -1, profile});
-    return stages_.back();
+    return {Launch(kernels, std::move(call)), {}, {}, -1, -1, profile};
+}
+
+Executor::Stage* Executor::presenting() {
+    if (plan_->presenting >= 0) return &stages_[plan_->presenting];
+    return present_ ? &*present_ : nullptr;
 }
 
 void Executor::change_plan(const Plan& plan, bool keeps_states) {
@@ -145,7 +168,7 @@ size_t Executor::staging_bytes(const Plan& plan, bool resizes, const StreamOptio
 
 void Executor::warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress) {
     ocl::checked("run every kernel once", [&] {
-        const auto launches = static_cast<double>(plan_->launches.size()) + (plan_->presenting < 0 ? 2 : 1);
+        const auto launches = static_cast<double>(plan_->launches.size()) + ingest_.has_value() + present_.has_value();
         int done = 0;
         run_unseen([&] {
             if (!progress) return;
@@ -168,19 +191,23 @@ void Executor::warm_up(std::span<const std::unique_ptr<Plan>> others, const std:
 
 /// A frame that nobody sees.
 void Executor::run_unseen(const std::function<void()>& after_each) {
-    stages_.front().bindings.counter = counter_;
-    ports_.stand_in(*plan_, stages_.front().bindings, stages_[presenting_].bindings);
+    if (ingest_) {
+        ingest_->bindings.counter = counter_;
+        ports_.stand_in_inputs(*plan_, ingest_->bindings);
+    }
+    if (Stage* const stage = presenting()) ports_.stand_in_output(*plan_, stage->bindings);
     FrameConstants constants;
     constants.reset = 1;
     run_stages(constants, after_each);
     context_.queue().finish();  // before what was stood in goes
 }
 
-std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants) {
+std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants,
+                                              std::span<const cl_event> wait_for) {
     const std::shared_ptr<FrameResult> result = free_result();
     arena_.next_frame();
     try {
-        enqueue_frame(frame, constants, *result);
+        enqueue_frame(frame, constants, wait_for, *result);
     } catch (...) {
         clFinish(context_.queue()());
         result->done = cl::Event();
@@ -189,22 +216,26 @@ std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, con
     return result;
 }
 
-void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result) {
+void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants& constants,
+                             std::span<const cl_event> wait_for, FrameResult& result) {
     const cl::CommandQueue& queue = context_.queue();
     ocl::checked("submit a frame", [&] {
-        if (!frame.wait_for.empty()) {
-            const cl_int status = clEnqueueBarrierWithWaitList(queue(), static_cast<cl_uint>(frame.wait_for.size()),
-                                                               frame.wait_for.data(), nullptr);
+        if (!wait_for.empty()) {
+            const cl_int status =
+                clEnqueueBarrierWithWaitList(queue(), static_cast<cl_uint>(wait_for.size()), wait_for.data(), nullptr);
             if (status != CL_SUCCESS) throw cl::Error(status);
         }
         profiler_.begin_frame();
         weights_.select({constants.jitter_x, constants.jitter_y});
         queue.enqueueFillBuffer(counter_, cl_uint(0), 0, sizeof(cl_uint));
-        stages_.front().bindings.counter = counter_;
-        ports_.bind_inputs(frame, plan_->ingest, stages_.front().bindings);
-        ports_.bind_output(frame.output, stages_[presenting_].bindings);
+        if (ingest_) {
+            ingest_->bindings.counter = counter_;
+            ports_.bind_inputs(frame, plan_->ingest, ingest_->bindings);
+        }
+        Stage* const presents = presenting();
+        if (presents) ports_.bind_output(frame.output, presents->bindings);
         run_stages(constants);
-        ports_.read_back(frame.output);
+        if (presents) ports_.read_back(frame.output);
         queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result.invalid_motion_vectors);
         queue.enqueueMarkerWithWaitList(nullptr, &result.done);
         queue.flush();
@@ -212,14 +243,16 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
 }
 
 void Executor::run_stages(const FrameConstants& constants, const std::function<void()>& after_each) {
+    if (ingest_) bind(*ingest_, constants);
     for (Stage& stage : stages_) bind(stage, constants);
+    if (present_) bind(*present_, constants);
     const auto launch = [&](Stage& stage) {
         stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile));
         if (after_each) after_each();
     };
-    launch(stages_.front());
+    if (ingest_) launch(*ingest_);
     for (const auto& [index, first, end] : plan_->launches) {
-        Stage& stage = stages_[index + 1];
+        Stage& stage = stages_[index];
         if (end == 0) {
             launch(stage);
             continue;
@@ -227,7 +260,7 @@ void Executor::run_stages(const FrameConstants& constants, const std::function<v
         stage.launch.enqueue_rows(context_.queue(), first, end, profiler_.event(stage.profile));
         if (after_each) after_each();
     }
-    if (plan_->presenting < 0) launch(stages_.back());
+    if (present_) launch(*present_);
 }
 
 void Executor::bind(Stage& stage, const FrameConstants& constants) {

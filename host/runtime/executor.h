@@ -23,6 +23,12 @@ namespace clarus::runtime {
 struct FrameResult {
     cl::Event done;
     cl_uint invalid_motion_vectors = 0;
+    std::vector<std::shared_ptr<const FrameResult>> parts;  // where several plans work on a frame
+};
+
+/// The buffers of what a plan imports and exports, by port, where it is a part of a network.
+struct HandedIn {
+    std::vector<cl::Buffer> imports, exports;
 };
 
 /// Runs a plan on its device, frame after frame. The constructor compiles, allocates and uploads; a frame only
@@ -33,7 +39,7 @@ class Executor {
     /// same network at smaller sizes, where the size will change; the kernels that they add are compiled, too. Without
     /// them, states are not resampled. `progress` is called with 0…1 while the driver finishes kernels.
     Executor(ocl::Context& context, const Plan& plan, std::span<const std::unique_ptr<Plan>> others,
-             const StreamOptions& options, const std::function<void(double)>& progress);
+             const StreamOptions& options, const HandedIn& handed_in, const std::function<void(double)>& progress);
 
     /// Waits for frames on their way: they use memory of the executor's and of the caller's.
     ~Executor();
@@ -44,9 +50,14 @@ class Executor {
     /// other kernels.
     void change_plan(const Plan& plan, bool keeps_states);
 
-    /// Enqueues one frame, whose description has been checked. Where that fails, it waits for what was enqueued, and
-    /// the history is as before the frame or is of no use: the next frame must be a reset.
-    std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
+    /// What the next frames import and export.
+    void hand_in(const HandedIn& handed_in);
+
+    /// Enqueues one frame, whose description has been checked, after `wait_for`, events of the device's context, which
+    /// take the place of those that the frame names. Where that fails, it waits for what was enqueued, and the history
+    /// is as before the frame or is of no use: the next frame must be a reset.
+    std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants,
+                                        std::span<const cl_event> wait_for = {});
 
     /// Whether submit was called.
     bool has_run() const { return !results_.empty(); }
@@ -71,11 +82,14 @@ class Executor {
     };
 
     void make_stages();
-    Stage& add_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel, double operations,
+    Stage make_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel, double operations,
                      double bytes);
     void warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress);
     void run_unseen(const std::function<void()>& after_each);
-    void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result);
+    void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants,
+                       std::span<const cl_event> wait_for, FrameResult& result);
+    /// What writes the caller's output; null where this plan does not make it.
+    Stage* presenting();
     /// `after_each` is called when a stage, or a band of it, has been enqueued.
     void run_stages(const FrameConstants& constants, const std::function<void()>& after_each = {});
     void bind(Stage& stage, const FrameConstants& constants);
@@ -92,9 +106,10 @@ class Executor {
     Arena arena_;
     Ports ports_;
     std::optional<StateResizing> resizing_;
-    std::vector<Stage> stages_;  // ingest, the plan's, present where none of these does
-    size_t presenting_ = 0;      // which of them writes the caller's output
-    cl::Buffer counter_;         // invalid motion vectors of the frame
+    std::optional<Stage> ingest_;
+    std::vector<Stage> stages_;     // the plan's
+    std::optional<Stage> present_;  // where none of these writes the caller's output
+    cl::Buffer counter_;            // invalid motion vectors of the frame
     std::vector<std::shared_ptr<FrameResult>> results_;
 };
 

@@ -65,8 +65,7 @@ class Placer {
             if (graph::stored_pixels(graph_, value) != graph::Pixels::all)
                 throw std::logic_error("the output and views are stored whole");
         };
-        check(graph_.output);
-        for (const auto& [name, value] : graph_.views) check(value);
+        for (const Value value : graph_.results()) check(value);
     }
 
     LayoutPlan plan() && { return {graph_, std::move(layouts_), std::move(memories_)}; }
@@ -78,7 +77,8 @@ class Placer {
         const int stride = round_up(shape.channels, kCellAlignment);
         const TensorLayout layout{
             static_cast<int>(memories_.size()), storage, shape.width, shape.height, shape.channels, 1, stride, 0};
-        memories_.push_back({memory_bytes(layout), shape.elements() * bytes_of(storage), states_[value]});
+        memories_.push_back(
+            {memory_bytes(layout), shape.elements() * bytes_of(storage), states_[value], false, is_handed_in(value)});
         return layout;
     }
 
@@ -92,6 +92,12 @@ class Placer {
             (is_needed_after(node.inputs[0], value) || !try_place(node.inputs[0], layouts_[value])))
             return Conflict{value, 0};
         return std::nullopt;
+    }
+
+    /// Whether it has memory of its own that is not the plan's.
+    bool is_handed_in(Value value) const {
+        return graph::traits(graph_.nodes[value].op).memory == graph::Memory::imported ||
+               std::find(graph_.exports.begin(), graph_.exports.end(), value) != graph_.exports.end();
     }
 
     /// The inputs become parts of its memory, one after the other along channels.
@@ -121,19 +127,20 @@ class Placer {
             const bool reads = std::find(node.inputs.begin(), node.inputs.end(), value) != node.inputs.end();
             if (reads && (other > user || aliases_memory(node))) return true;
         }
-        const auto is_value = [value](const auto& view) { return view.second == value; };
-        return value == graph_.output || std::any_of(graph_.views.begin(), graph_.views.end(), is_value) ||
+        const std::vector<Value> results = graph_.results();
+        return std::find(results.begin(), results.end(), value) != results.end() ||
                std::any_of(graph_.states.begin(), graph_.states.end(),
                            [value](const graph::State& state) { return state.next == value; });
     }
 
     bool try_place(Value value, const TensorLayout& layout) {
         const Node& node = graph_.nodes[value];
-        const bool free = layouts_[value].memory < 0 && !aliases_memory(node);
+        const bool free = layouts_[value].memory < 0 && !aliases_memory(node) && !is_handed_in(value);
         const bool convertible = storage_of(graph_, value, images_) == layout.storage;
         const bool writable = layout.block == 1 || !std::holds_alternative<graph::Convolution>(node.op);
         int& state = memories_[layout.memory].state;
-        const bool alone = states_[value] < 0 || state < 0;
+        // A state has a second memory to change places with.
+        const bool alone = states_[value] < 0 || (state < 0 && !memories_[layout.memory].handed_in);
         if (!free || !convertible || !writable || !alone) return false;
         if (state < 0) state = states_[value];
         layouts_[value] = layout;
@@ -158,7 +165,7 @@ class Placer {
         const graph::State& state = state_of(value);
         TensorLayout layout = place_view(state.next);
         const int index = static_cast<int>(&state - graph_.states.data());
-        memories_.push_back({memories_[layout.memory].bytes, memories_[layout.memory].values, index, true});
+        memories_.push_back({memories_[layout.memory].bytes, memories_[layout.memory].values, index, true, false});
         layout.memory = static_cast<int>(memories_.size()) - 1;
         layout.previous_samples = layout.samples > 1;
         return layout;
@@ -182,6 +189,8 @@ class Placer {
         if (placement.pixels != graph::Pixels::all) {
             layout.samples = placement.scale;
             layout.tiled = placement.pixels == graph::Pixels::tiles;
+            const auto* import = std::get_if<graph::Import>(&graph_.nodes[maker(value)].op);
+            layout.previous_samples = import && import->frames_ago > 0;
         }
         return layout;
     }
@@ -208,9 +217,7 @@ Graph with_copy(const Graph& graph, const Conflict& conflict) {
         }
         result.nodes.push_back(std::move(node));
     }
-    for (graph::State& state : result.states) state = {renamed(state.previous), renamed(state.next)};
-    for (auto& [name, value] : result.views) value = renamed(value);
-    result.output = renamed(result.output);
+    result.rename_results(renamed);
     return result;
 }
 

@@ -54,10 +54,11 @@ TensorArgument argument_for(const TensorLayout& layout);
 std::string layout_options(const std::string& name, const TensorLayout& layout);
 
 struct Memory {
-    size_t bytes = 0;       // with what pads cells and the end
-    size_t values = 0;      // bytes of the values alone
-    int state = -1;         // index into Graph::states where it holds this frame's value of one, else −1
-    bool previous = false;  // holds last frame's value of that state
+    size_t bytes = 0;        // with what pads cells and the end
+    size_t values = 0;       // bytes of the values alone
+    int state = -1;          // index into Graph::states where it holds this frame's value of one, else −1
+    bool previous = false;   // holds last frame's value of that state
+    bool handed_in = false;  // of an import or an export: whoever runs the plan hands it in
 };
 
 /// Every value's layout. `graph` is the given one with copies put in where a value that concat or space-to-depth wants

@@ -53,11 +53,12 @@ std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNode
     for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
         const graph::Node& node = graph.nodes[value];
         if (graph::is_view(node.op)) continue;
-        touch(value, graph::traits(node.op).memory == graph::Memory::ingested ? 0 : moment_of(value));
+        const graph::Memory memory = graph::traits(node.op).memory;
+        const bool is_there = memory == graph::Memory::ingested || memory == graph::Memory::imported;
+        touch(value, is_there ? 0 : moment_of(value));
         for (const Value input : node.inputs) touch(input, moment_of(value));
     }
-    touch(graph.output, end);
-    for (const auto& [name, value] : graph.views) touch(value, end);
+    for (const Value value : graph.results()) touch(value, end);
     for (const graph::State& state : graph.states) {
         touch(state.previous, 0);
         touch(state.next, end);
@@ -68,7 +69,7 @@ std::vector<Span> lifetimes(const LayoutPlan& plan, const std::vector<BandedNode
 std::vector<Block> make_blocks(const LayoutPlan& plan, const std::vector<Span>& spans, std::vector<bool>& alternates) {
     std::vector<Block> blocks;
     for (int memory = 0; memory < static_cast<int>(plan.memories.size()); ++memory)
-        if (const Memory& each = plan.memories[memory]; each.state < 0)
+        if (const Memory& each = plan.memories[memory]; each.state < 0 && !each.handed_in)
             blocks.push_back({each.bytes, each.values, {spans[memory]}, {memory}});
 
     for (const graph::State& state : plan.graph.states) {
@@ -151,9 +152,9 @@ MemoryPlan plan_memory(const LayoutPlan& plan, size_t alignment, const std::vect
     result.peak_live_bytes = peak_live_bytes(blocks, moments, &Block::values);
     for (Block& block : blocks) block.bytes = (block.bytes + alignment - 1) / alignment * alignment;
     result.bytes = place(blocks, peak_live_bytes(blocks, moments, &Block::bytes));
-    result.places.resize(plan.memories.size());
+    for (const Memory& memory : plan.memories) result.places.push_back({0, memory.bytes});
     for (const Block& block : blocks)
-        for (const int memory : block.memories) result.places[memory] = {block.offset, plan.memories[memory].bytes};
+        for (const int memory : block.memories) result.places[memory].offset = block.offset;
     return result;
 }
 

@@ -105,6 +105,7 @@ std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLay
 /// Has the stage that is the last to write where the pipeline's output is write it to the caller's image, too: what it
 /// has in its registers need not be read again.
 void present_early(Plan& plan, const StreamOptions& options, const DeviceProfile& profile) {
+    if (plan.layout.graph.output < 0) return;
     const TensorLayout& output = plan.layout.layouts[plan.layout.graph.output];
     const auto last = std::find_if(plan.stages.rbegin(), plan.stages.rend(), [&](const PlannedStage& stage) {
         return stage.problem.output.memory == output.memory;
@@ -136,13 +137,40 @@ std::map<int, Lowered> Plan::convolutions() const {
     return result;
 }
 
+Precision common_precision(Precision asked, std::span<const DeviceProfile> devices) {
+    const bool halves = std::all_of(devices.begin(), devices.end(), [&](const DeviceProfile& profile) {
+        return storage_for(asked, profile) == Storage::f16;
+    });
+    return halves ? Precision::fp16 : Precision::fp32;
+}
+
+std::vector<const TensorLayout*> Plan::imports() const {
+    std::vector<const TensorLayout*> layouts;
+    for (Value value = 0; value < static_cast<Value>(layout.graph.nodes.size()); ++value) {
+        const auto* import = std::get_if<graph::Import>(&layout.graph.nodes[value].op);
+        if (!import) continue;
+        layouts.resize(std::max<size_t>(layouts.size(), import->port + 1));
+        layouts[import->port] = &layout.layouts[value];
+    }
+    return layouts;
+}
+
+std::vector<const TensorLayout*> Plan::exports() const {
+    std::vector<const TensorLayout*> layouts;
+    for (const Value value : layout.graph.exports) layouts.push_back(&layout.layouts[value]);
+    return layouts;
+}
+
+bool Plan::ingests() const {
+    const auto written = destinations(ingest);
+    return std::any_of(written.begin(), written.end(), [](const auto* each) { return each->has_value(); });
+}
+
 std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& options, const DeviceProfile& profile,
                                 const std::function<Selection(const Problem&)>& select,
                                 const std::vector<BandChoice>& bands) {
     auto plan = std::make_unique<Plan>();
-    const graph::Graph fused =
-        graph::fuse_pointwise(graph::fuse_convolution_inputs(graph::remove_unused(graph, options.views)));
-    plan->layout = lay_out(fused, storage_for(options.precision, profile));
+    plan->layout = lay_out(graph::fuse(graph, options.views), storage_for(options.precision, profile));
     const auto [banded, band_choices] = plan_bands(plan->layout, options.band_rows, profile, bands);
     plan->band_choices = band_choices;
     check_sizes(plan->layout);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -48,12 +49,21 @@ struct Plan {
     std::vector<BandChoice> band_choices;
 
     std::map<int, Lowered> convolutions() const;  // by index into layout.graph.parameters
+
+    /// By port; null where nothing reads what is imported there.
+    std::vector<const TensorLayout*> imports() const, exports() const;
+    /// Whether it reads anything of the frame, and whether it makes the output.
+    bool ingests() const;
+    bool presents() const { return layout.graph.output >= 0; }
 };
 
 struct PlanOptions : StreamOptions {
     int band_rows = 0;               // of the output, in a band; 0 chooses (UpscalerOptions::band_rows)
     std::vector<std::string> views;  // intermediates to keep readable
 };
+
+/// In which all of these devices can store images as `asked` says: what crosses from one to another has one form.
+Precision common_precision(Precision asked, std::span<const DeviceProfile> devices);
 
 /// Fuses, lays out, places and chooses kernels. `select` chooses an operator's kernel. Views that `options` does not
 /// name are not kept. `bands`: the band_choices of a plan of the same network at another size, to work as it does.

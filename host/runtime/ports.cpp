@@ -46,7 +46,7 @@ size_t input_bytes(Resource resource, const Plan& plan, const StreamOptions& opt
 }
 
 size_t output_bytes(const Plan& plan, const StreamOptions& options) {
-    return tight_bytes(size_of(output_of(plan)), options.output_format);
+    return !plan.presents() ? 0 : tight_bytes(size_of(output_of(plan)), options.output_format);
 }
 
 cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
@@ -112,15 +112,19 @@ void Ports::read_back(const Image& image) {
                                            profiler_.event(read_back_stage_));
 }
 
-void Ports::stand_in(const Plan& plan, Bindings& ingest, Bindings& present) const {
-    const auto zeroed = [&](size_t bytes) {
-        const cl::Buffer buffer(context_.context(), CL_MEM_READ_WRITE, bytes);
-        context_.queue().enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
-        return buffer;
-    };
+cl::Buffer Ports::zeroed(size_t bytes) const {
+    const cl::Buffer buffer(context_.context(), CL_MEM_READ_WRITE, bytes);
+    context_.queue().enqueueFillBuffer(buffer, cl_uchar(0), 0, bytes);
+    return buffer;
+}
+
+void Ports::stand_in_inputs(const Plan& plan, Bindings& ingest) const {
     for (const Resource resource : kResources)
         if (const size_t bytes = input_bytes(resource, plan, options_))
             ingest.resources[static_cast<int>(resource)] = zeroed(bytes);
+}
+
+void Ports::stand_in_output(const Plan& plan, Bindings& present) const {
     present.target = zeroed(output_bytes(plan, options_));
     present.target_offset = offset_and_pitch(0, tight_pitch(size_of(output_of(plan)), options_.output_format));
 }

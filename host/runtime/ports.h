@@ -28,13 +28,15 @@ class Ports {
     void read_back(const Image& image);
 
     /// Points them to images of the ports' own, for a frame that nobody sees.
-    void stand_in(const Plan& plan, Bindings& ingest, Bindings& present) const;
+    void stand_in_inputs(const Plan& plan, Bindings& ingest) const;
+    void stand_in_output(const Plan& plan, Bindings& present) const;
 
     /// Bytes of the copies, were all images on the host.
     static size_t bytes(const Plan& plan, const StreamOptions& options);
 
   private:
     void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
+    cl::Buffer zeroed(size_t bytes) const;
 
     ocl::Context& context_;
     const StreamOptions& options_;

@@ -44,14 +44,13 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
             Packed& packed = packed_[index];
             packed.floats = lowered.packing->floats;
             packed.conditioned = parameters.conditioned;
-            packed.weights = parameters.weights_per_set();
-            packed.biases = parameters.out_channels;
+            const size_t weights_a_set = parameters.weights_per_set(), biases_a_set = parameters.out_channels;
             packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
                                        packed.floats * sets_on_device(graph, parameters) * sizeof(float));
             packed.pack = std::make_unique<PackLaunch>(kernels, *lowered.packing);
             const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
             for (int set = 0; set < parameters.sets; ++set)
-                packed.pack->enqueue(context.queue(), {weights, set * packed.weights, biases, set * packed.biases},
+                packed.pack->enqueue(context.queue(), {weights, set * weights_a_set, biases, set * biases_a_set},
                                      packed.buffer, set);
         }
         context.queue().finish();
@@ -59,7 +58,10 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
 
     if (graph.jitter_kernels && !is_universal(graph)) {
         const graph::JitterKernels& jitter_kernels = *graph.jitter_kernels;
-        predicted_ = jitter_kernels.conditioned;
+        for (const int index : jitter_kernels.conditioned) {
+            const graph::Parameters& parameters = *graph.parameters[index];
+            predicted_.push_back({index, parameters.weights_per_set(), static_cast<size_t>(parameters.out_channels)});
+        }
         if (predicts(graph)) predictor_ = std::make_unique<KernelPredictor>(context, jitter_kernels.predictor);
         sets_.emplace(jitter_kernels.table, predictor_ ? kComputedSets : 0);
     }
@@ -82,11 +84,12 @@ void Weights::select(Vec2 jitter) {
 void Weights::compute(Vec2 jitter, int set) {
     const cl::Buffer& predicted = predictor_->predict(jitter);
     size_t position = 0;
-    for (const int index : predicted_) {
-        const Packed& packed = packed_.at(index);
-        const size_t biases = position + packed.weights;
-        packed.pack->enqueue(context_.queue(), {predicted, position, predicted, biases}, packed.buffer, set);
-        position = biases + packed.biases;
+    for (const auto& [index, weight_count, bias_count] : predicted_) {
+        const size_t biases = position + weight_count;
+        if (const auto packed = packed_.find(index); packed != packed_.end())
+            packed->second.pack->enqueue(context_.queue(), {predicted, position, predicted, biases},
+                                         packed->second.buffer, set);
+        position = biases + bias_count;
     }
 }
 

@@ -36,7 +36,6 @@ class Weights {
     struct Packed {
         size_t floats = 0;  // of a set
         bool conditioned = false;
-        size_t weights = 0, biases = 0;  // floats of a set before packing
         cl::Buffer buffer;
         std::unique_ptr<PackLaunch> pack;
     };
@@ -44,8 +43,13 @@ class Weights {
     void compute(Vec2 jitter, int set);
 
     ocl::Context& context_;
+    struct Predicted {
+        int parameters;
+        size_t weights, biases;  // floats of the predictor's output
+    };
+
     std::map<int, Packed> packed_;
-    std::vector<int> predicted_;  // parameters in the order of the predictor's output
+    std::vector<Predicted> predicted_;  // in the order of that output; some may be for convolutions of another device
     std::optional<JitterSets> sets_;
     std::unique_ptr<KernelPredictor> predictor_;
     int current_set_ = 0;

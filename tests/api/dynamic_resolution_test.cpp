@@ -121,7 +121,7 @@ TEST_SUITE("small") {
             std::vector<std::unique_ptr<runtime::Plan>> plans;
             for (const Size size : sizes) plans.push_back(delay.plan(size));
             runtime::Executor executor(test_device().context(), *plans[5], std::span(plans).first(2), delay.options,
-                                       {});
+                                       runtime::HandedIn{}, {});
             Size before = sizes[5];
             Pixels kept(static_cast<size_t>(3) * before.width * before.height, 0);
             delay.show(executor, kept, before);

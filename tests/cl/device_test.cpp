@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -69,6 +70,34 @@ TEST_SUITE("small") {
         const char* const name = names[int(profile.device_class)];
         CHECK(Device::open(name).profile().device_class == profile.device_class);
         CHECK(Device::open(upper_case(name)).profile().device_class == profile.device_class);
+    }
+
+    TEST_CASE("a selector may say what class a device is treated as") {
+        const DeviceProfile profile = list_devices().front();
+        for (const char* name : {"gpu", "cpu", "dsp"}) {
+            const Device device = Device::open(fmt::format("{} = {}", profile.selector, name));
+            CHECK(device.profile().selector == fmt::format("{}={}", profile.selector, name));
+            CHECK(Device::open(device.profile().selector).profile().device_class == device.profile().device_class);
+        }
+        CHECK(Device::open(profile.selector + "=dsp").profile().device_class == DeviceClass::dsp);
+        CHECK(std::string(error_of(profile.selector + "=npu").what()).find("npu") != std::string::npos);
+    }
+
+    TEST_CASE("several devices between commas are different, and parts of one device are other parts") {
+        const DeviceProfile profile = list_devices().front();
+        CHECK(error_of(fmt::format("{0},{0}", profile.selector)).kind() == ErrorKind::invalid_argument);
+        CHECK(error_of(profile.selector + ",").kind() == ErrorKind::no_device);
+        if (!profile.sub_devices) return;
+        const std::string part = profile.selector + "/1";
+        CHECK(error_of(profile.selector + ", " + part).kind() == ErrorKind::invalid_argument);
+        const Device device = Device::open(part + ", " + part + "=dsp");
+        REQUIRE(device.profiles().size() == 2);
+        CHECK(device.profiles()[0].device_class == profile.device_class);
+        CHECK(device.profiles()[1].device_class == DeviceClass::dsp);
+        CHECK(device.contexts()[0]->device()() != device.contexts()[1]->device()());
+        CHECK(device.contexts()[0]->context()() == device.contexts()[1]->context()());
+        const std::string too_many = fmt::format("{}/{}, {}", profile.selector, profile.compute_units, part);
+        CHECK(error_of(too_many).kind() == ErrorKind::invalid_argument);
     }
 
     TEST_CASE("auto takes a GPU before a DSP before a CPU, then the most compute units") {

@@ -21,7 +21,7 @@ struct Running {
         const DeviceProfile profile = test_device().profile();
         plan = make_plan(graph, options, profile,
                          [&](const Problem& problem) { return built_in_selection(problem, profile); });
-        executor.emplace(test_device().context(), *plan, std::span<const std::unique_ptr<Plan>>(), options,
+        executor.emplace(test_device().context(), *plan, std::span<const std::unique_ptr<Plan>>(), options, HandedIn{},
                          [this](double done) { progress.push_back(done); });
     }
 

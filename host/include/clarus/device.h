@@ -47,27 +47,40 @@ namespace ocl {
 class Context;
 }
 
-/// A device with a context, a queue and a cache of compiled programs. A handle: copies mean the same device.
-/// Upscalers of one Device may be used from one thread at a time; different Devices are independent.
+/// A device with a context, a queue and a cache of compiled programs, or several that work on a network together
+/// (StreamOptions::placement). A handle: copies mean the same device. Upscalers of one Device may be used from one
+/// thread at a time; different Devices are independent.
 class Device {
   public:
     /// `selector`: "auto" (a GPU, else a DSP, else a CPU; the most compute units first), a class ("gpu", "cpu", "dsp"),
     /// an index ("0:1": platform 0, device 1), a part of a name (case does not matter), and after any of them "/N" for
-    /// a sub-device of N compute units ("cpu/1"). Errors: no_device, naming what there is.
+    /// a sub-device of N compute units ("cpu/1"), and after that "=CLASS" for a class that it is to be treated as:
+    /// "cpu/1=dsp". Several between commas work together: "gpu, cpu"; sub-devices of one device are different parts of
+    /// it. Devices of one platform share a context, and what one makes the other reads where it is. Errors: no_device,
+    /// naming what there is; invalid_argument for a class that there is not, or a device named twice.
     static Device open(std::string_view selector = "auto");
 
     /// The caller's own objects, retained. Frames are enqueued on `queue`; where it is an out-of-order queue, on an
     /// in-order queue of the same context, ordered by the events of the frame description.
     static Device adopt(cl_context context, cl_device_id device, cl_command_queue queue);
 
+    /// Devices that were opened or adopted one by one, in this order, to work together. What devices of different
+    /// contexts make for each other is copied, and a frame's images must then be in host memory. Errors:
+    /// invalid_argument where there is none.
+    static Device together(const std::vector<Device>& devices);
+
+    /// Of the only device, or of the first.
     const DeviceProfile& profile() const;
-    /// How many OpenCL programs have been compiled from source for this device: 0 where the cache had them all.
+    /// Of all.
+    std::vector<DeviceProfile> profiles() const;
+    /// How many OpenCL programs have been compiled from source for them: 0 where the cache had them all.
     int programs_compiled() const;
-    ocl::Context& context() const { return *context_; }
+    ocl::Context& context() const { return *contexts_.front(); }
+    const std::vector<std::shared_ptr<ocl::Context>>& contexts() const { return contexts_; }
 
   private:
-    explicit Device(std::shared_ptr<ocl::Context> context) : context_(std::move(context)) {}
-    std::shared_ptr<ocl::Context> context_;
+    explicit Device(std::vector<std::shared_ptr<ocl::Context>> contexts) : contexts_(std::move(contexts)) {}
+    std::vector<std::shared_ptr<ocl::Context>> contexts_;
 };
 
 /// The folder that holds compiled programs and tuning results: $CLARUS_CACHE_DIR, else $XDG_CACHE_HOME/clarus, else

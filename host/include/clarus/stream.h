@@ -49,6 +49,11 @@ struct StreamOptions {
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
     bool profile = false;                            // time every stage with device events
+    /// Which device makes what, where Device::open was given several: "auto", which measures in `prepare` and takes
+    /// what makes most frames a second; or rules between commas, "PATTERN=DEVICE", of which the last that fits a
+    /// stage's name (StageProfile::name) counts. In a pattern * stands for any characters; DEVICE is a class of one of
+    /// the devices, or its number from 0, and device 0 makes what no rule names.
+    std::string placement = "auto";
     /// Whether frames may be rendered smaller than the render size (FrameDescription::render_size). Takes memory for a
     /// copy of the history.
     bool dynamic_resolution = false;
@@ -112,10 +117,19 @@ struct StageProfile {
     };
     std::string name;         // "convolution 1", "warp", …
     std::string kernel;       // the implementation and its parameters
+    std::string device;       // DeviceProfile::selector; empty for transfers between devices
     double seconds = 0;       // median over the frames, from device events
     double operations = 0;    // floating-point operations a frame of the largest size, as the plain definition counts
     double bytes = 0;         // bytes a frame that must be read and written, each tensor once
     std::vector<Span> spans;  // one a launch; a stage is launched once a frame, or for each band of rows
+};
+
+/// Stages that one of several devices runs one after the other (StreamOptions::placement).
+struct PlacedPart {
+    int device = 0;                   // its number
+    std::vector<std::string> stages;  // StageProfile::name
+    double seconds = 0;               // a frame, as "auto" has measured; 0 where rules placed it
+    size_t bytes_in = 0;              // a frame, of what other devices made
 };
 
 /// What a submitted frame leaves behind. A handle; copies mean the same frame.

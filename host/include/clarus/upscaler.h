@@ -90,6 +90,10 @@ class Upscaler {
     /// destructor then says so to the log callback, once.
     double largest_jitter_distance() const;
 
+    /// How the stages are shared out among several devices, part by part; empty of one device. Before `prepare` has
+    /// measured, what "auto" starts from.
+    std::vector<PlacedPart> placement() const;
+
     /// Stages with their times since the last call; empty unless options.profile.
     std::vector<StageProfile> take_profile();
 

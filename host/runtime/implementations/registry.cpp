@@ -67,6 +67,7 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Input&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Plane&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Previous&) const { return {}; }
+    std::span<const Implementation> operator()(const graph::Import&) const { return {}; }
     std::span<const Implementation> operator()(const graph::ZeroUpsample&) const { return {}; }
     std::span<const Implementation> operator()(const graph::Tiles&) const { return {}; }
     std::span<const Implementation> operator()(const graph::SpaceToDepth&) const { return {}; }

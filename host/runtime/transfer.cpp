@@ -1,0 +1,58 @@
+#include "runtime/transfer.h"
+
+#include <memory>
+
+namespace clarus::runtime {
+namespace {
+
+void CL_CALLBACK complete_other(cl_event, cl_int status, void* other) {
+    const std::unique_ptr<cl::UserEvent> event(static_cast<cl::UserEvent*>(other));
+    event->setStatus(status < 0 ? status : CL_COMPLETE);
+}
+
+cl::CommandQueue queue_of_its_own(const ocl::Context& context) {
+    return cl::CommandQueue(context.context(), context.device(), CL_QUEUE_PROFILING_ENABLE);
+}
+
+}  // namespace
+
+cl::Event event_in(const cl::Context& context, const cl::Event& event) {
+    if (event.getInfo<CL_EVENT_CONTEXT>()() == context()) return event;
+    auto other = std::make_unique<cl::UserEvent>(context);
+    cl::Event result(*other);
+    cl::Event(event).setCallback(CL_COMPLETE, complete_other, other.get());
+    static_cast<void>(other.release());  // the callback's
+    if (const cl::CommandQueue queue = event.getInfo<CL_EVENT_COMMAND_QUEUE>(); queue()) queue.flush();
+    return result;
+}
+
+Transfer::Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& profiler, int stage)
+    : from_(from.context()),
+      to_(to.context()),
+      source_queue_(queue_of_its_own(from)),
+      destination_queue_(queue_of_its_own(to)),
+      profiler_(profiler),
+      stage_(stage) {}
+
+Transfer::~Transfer() {
+    clFinish(destination_queue_());
+    clFinish(source_queue_());
+}
+
+Transfer::Ends Transfer::enqueue(const cl::Buffer& source, const cl::Buffer& destination, size_t bytes,
+                                 const std::vector<cl::Event>& source_waits,
+                                 const std::vector<cl::Event>& destination_waits) {
+    cl::Event mapped, written, unmapped;
+    void* const pixels =
+        source_queue_.enqueueMapBuffer(source, CL_FALSE, CL_MAP_READ, 0, bytes, &source_waits, &mapped);
+    std::vector<cl::Event> waits = destination_waits;
+    waits.push_back(event_in(to_, mapped));
+    destination_queue_.enqueueWriteBuffer(destination, CL_FALSE, 0, bytes, pixels, &waits, &written);
+    if (cl::Event* const profiled = profiler_.event(stage_)) *profiled = written;
+    const std::vector<cl::Event> after_writing{event_in(from_, written)};
+    source_queue_.enqueueUnmapMemObject(source, pixels, &after_writing, &unmapped);
+    source_queue_.flush();
+    return {unmapped, written};
+}
+
+}  // namespace clarus::runtime

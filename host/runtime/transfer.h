@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "cl/context.h"
+#include "runtime/profiler.h"
+
+namespace clarus::runtime {
+
+/// An event of `context` that completes, or fails, when `event` of any context does: `event` itself where it is of that
+/// context. Its command is on its way to its device when this returns.
+cl::Event event_in(const cl::Context& context, const cl::Event& event);
+
+/// Copies buffers of one context to buffers of another, through the host. Neither device waits for the other's frame:
+/// each end has a queue of its own.
+class Transfer {
+  public:
+    /// `profiler` outlives this; `stage` is one of its.
+    Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& profiler, int stage);
+    /// Waits for what is on its way.
+    ~Transfer();
+    Transfer(const Transfer&) = delete;
+    Transfer& operator=(const Transfer&) = delete;
+
+    struct Ends {
+        cl::Event source_free;        // of the source's context: its buffer may be written again
+        cl::Event destination_ready;  // of the destination's: its buffer may be read
+    };
+    /// Enqueues a copy of `bytes`. The source is read after `source_waits`, events of its context, the destination
+    /// written after `destination_waits`, of its own. One copy where the source's memory can be mapped in place.
+    Ends enqueue(const cl::Buffer& source, const cl::Buffer& destination, size_t bytes,
+                 const std::vector<cl::Event>& source_waits, const std::vector<cl::Event>& destination_waits);
+
+  private:
+    cl::Context from_, to_;
+    cl::CommandQueue source_queue_, destination_queue_;
+    Profiler& profiler_;
+    int stage_;
+};
+
+}  // namespace clarus::runtime

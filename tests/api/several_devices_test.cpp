@@ -1,0 +1,217 @@
+// One network on several devices: of one context, whose memory both see, and of two, between which it is copied.
+
+#include <doctest/doctest.h>
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "cl/context.h"
+#include "clarus/error.h"
+#include "clarus/upscaler.h"
+#include "golden.h"
+#include "test_device.h"
+
+using namespace clarus;
+
+namespace {
+
+using Images = std::vector<std::vector<float>>;
+
+/// All frames of a golden file, enqueued before the first is waited for.
+struct Film {
+    explicit Film(const test::Golden& film)
+        : golden(film),
+          color(film.tensor("color")),
+          depth(film.tensor("depth")),
+          motion(film.tensor("motion")),
+          jitter(film.tensor("jitter")),
+          resets(film.resets()) {}
+
+    FrameDescription frame(int number, const Upscaler& upscaler, std::vector<float>& output) {
+        const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
+        const Size size = upscaler.output_size();
+        output.resize(static_cast<size_t>(size.width) * size.height * 3);
+        FrameDescription description;
+        description.color = {.host = color.data() + number * pixels * 3, .size = golden.render};
+        description.depth = {.host = depth.data() + number * pixels, .size = golden.render};
+        description.motion = {.host = motion.data() + number * pixels * 2, .size = golden.render};
+        description.jitter = {jitter[2 * number], jitter[2 * number + 1]};
+        description.reset = resets[number] != 0;
+        description.output = {.host = output.data(), .size = size};
+        return description;
+    }
+
+    Images run(Upscaler& upscaler) {
+        Images outputs(golden.frames);
+        std::vector<FrameEvent> events;
+        for (int number = 0; number < golden.frames; ++number)
+            events.push_back(upscaler.submit(frame(number, upscaler, outputs[number])));
+        for (const FrameEvent& event : events) event.wait();
+        return outputs;
+    }
+
+    const test::Golden& golden;
+    std::vector<float> color, depth, motion, jitter;
+    std::vector<int32_t> resets;
+};
+
+UpscalerOptions options_for(const test::Golden& golden, const std::string& placement = "auto") {
+    UpscalerOptions options;
+    options.motion.sampled_at_jitter = golden.file.has("motion_jitter");
+    options.placement = placement;
+    return options;
+}
+
+/// Twice the device under test, as two devices of one context.
+Device of_one_context() {
+    const ocl::Context& context = test_device().context();
+    const cl::CommandQueue queue(context.context(), context.device(), CL_QUEUE_PROFILING_ENABLE);
+    return Device::together({test_device(), Device::adopt(context.context()(), context.device()(), queue())});
+}
+
+/// Twice the device under test, which copies between two contexts.
+Device of_two_contexts() { return Device::together({test_device(), Device::open(test_selector())}); }
+
+/// Rules that place each stage by chance.
+std::string random_rules(const Upscaler& upscaler, unsigned seed) {
+    std::mt19937 random(seed);
+    std::string rules;
+    for (const PlacedPart& part : upscaler.placement())
+        for (const std::string& stage : part.stages)
+            if (stage != "copy" && random() % 2 == 0) rules += stage + "=1,";
+    return rules;
+}
+
+}  // namespace
+
+TEST_CASE("a network that is cut anywhere computes the same bits") {
+    const Device one_context = of_one_context(), two_contexts = of_two_contexts();
+    const std::pair<const char*, const char*> cases[] = {
+        {"enss_x2_held", "*convolution*=1"}, {"enss_x2_mlp", "*convolution*=1"}, {"mnss_x2_checked", "*convolution*=1"},
+        {"nsrr_x2_checked", "unet.*=1"},     {"srpo_x2", "convolution*=1"},      {"nss_x2", "*=1, *input*=0"}};
+    for (const auto& [name, network] : cases) {
+        CAPTURE(std::string(name));
+        const test::Golden golden(name);
+        Film film(golden);
+        Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
+        CHECK(alone.placement().empty());
+        const Images expected = film.run(alone);
+        const std::string random =
+            random_rules(Upscaler(one_context, golden.model, golden.render, options_for(golden, "")), 7);
+        for (const std::string& rules : {std::string(network), std::string("*=1"), random}) {
+            CAPTURE(rules);
+            for (const Device& device : {one_context, two_contexts}) {
+                Upscaler upscaler(device, golden.model, golden.render, options_for(golden, rules));
+                CHECK(film.run(upscaler) == expected);
+                CHECK(film.run(upscaler).front() == expected.front());  // it goes on, from a reset
+            }
+        }
+    }
+}
+
+TEST_CASE("auto places by measuring and computes the same bits") {
+    const test::Golden golden("srpo_x2");
+    Film film(golden);
+    Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
+    const Images expected = film.run(alone);
+    Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options_for(golden));
+    upscaler.prepare();
+    double seconds = 0;
+    size_t stages = 0;
+    for (const PlacedPart& part : upscaler.placement()) {
+        seconds += part.seconds;
+        stages += part.stages.size();
+    }
+    CHECK(seconds > 0);
+    CHECK(stages > 2);
+    CHECK(film.run(upscaler) == expected);
+}
+
+TEST_CASE("views, profiles and what was invalid come from the device that has them") {
+    const test::Golden golden("mnss_x2_checked");
+    Film film(golden);
+    UpscalerOptions options = options_for(golden, "blending*=1");
+    options.views = {"warped", "placed"};
+    options.profile = true;
+    UpscalerOptions alone_options = options;
+    alone_options.placement = "auto";
+    Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options);
+    Upscaler alone(test_device(), golden.model, golden.render, alone_options);
+    const size_t count = static_cast<size_t>(golden.render.width) * golden.render.height;
+    film.motion[2 * count + 4] = std::numeric_limits<float>::quiet_NaN();  // of the second frame
+    std::vector<float> output;
+    for (const int number : {0, 1}) {
+        const unsigned invalid = alone.submit(film.frame(number, alone, output)).invalid_motion_vectors();
+        CHECK(upscaler.submit(film.frame(number, upscaler, output)).invalid_motion_vectors() == invalid);
+        if (number == 1) CHECK(invalid >= 1);
+    }
+    for (const std::string& view : options.views) CHECK(upscaler.view(view).pixels == alone.view(view).pixels);
+    bool transfers = false;
+    for (const StageProfile& stage : upscaler.take_profile()) {
+        transfers = transfers || stage.name.starts_with("transfer: ");
+        CHECK(stage.device.empty() == stage.name.starts_with("transfer: "));
+        CHECK(stage.spans.size() >= 2);
+    }
+    CHECK(transfers);
+    CHECK(upscaler.memory_requirements().arena > 0);
+}
+
+TEST_CASE("a frame that cannot be enqueued does not spoil those after it, on several devices") {
+    const test::Golden golden("mnss_x2_checked");
+    Film film(golden);
+    Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options_for(golden, "*convolution*=1"));
+    const Images expected = film.run(upscaler);
+    std::vector<float> output;
+    FrameDescription frame = film.frame(0, upscaler, output);
+    const cl::Context elsewhere(test_device().context().device());
+    const cl::UserEvent foreign(elsewhere);
+    const cl_event events[] = {foreign()};
+    frame.wait_for = events;
+    CHECK_THROWS_AS(upscaler.submit(frame), Error);
+    CHECK(film.run(upscaler) == expected);
+}
+
+TEST_CASE("frames wait for the caller's events on whichever device reads them") {
+    const test::Golden golden("mnss_x2_checked");
+    Film film(golden);
+    Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options_for(golden, "*=1"));
+    std::vector<float> expected, output;
+    upscaler.submit(film.frame(0, upscaler, expected)).wait();
+    FrameDescription frame = film.frame(0, upscaler, output);
+    cl::UserEvent drawn(test_device().context().context());
+    const cl_event events[] = {drawn()};
+    frame.wait_for = events;
+    const FrameEvent event = upscaler.submit(frame);
+    CHECK(cl::Event(event.get(), true).getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() != CL_COMPLETE);
+    drawn.setStatus(CL_COMPLETE);
+    event.wait();
+    CHECK(output == expected);
+}
+
+TEST_CASE("what several devices cannot do is refused") {
+    const test::Golden golden("mnss_x2_checked");
+    Film film(golden);
+    const auto message = [&](const Device& device, const UpscalerOptions& options) -> std::string {
+        try {
+            Upscaler upscaler(device, golden.model, golden.render, options);
+        } catch (const Error& error) {
+            CHECK(error.kind() == ErrorKind::invalid_argument);
+            return error.what();
+        }
+        return "";
+    };
+    CHECK(message(test_device(), options_for(golden, "*=0")).find("there is one") != std::string::npos);
+    CHECK(message(of_one_context(), options_for(golden, "nothing=1")).find("nothing") != std::string::npos);
+    UpscalerOptions dynamic = options_for(golden);
+    dynamic.dynamic_resolution = true;
+    CHECK(message(of_one_context(), dynamic).find("dynamic_resolution") != std::string::npos);
+    CHECK_THROWS_AS(Device::together({}), Error);
+
+    Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options_for(golden, ""));
+    std::vector<float> output;
+    FrameDescription frame = film.frame(0, upscaler, output);
+    const cl::Buffer buffer(test_device().context().context(), CL_MEM_READ_WRITE, film.depth.size() * sizeof(float));
+    frame.depth = {.buffer = buffer(), .size = golden.render};
+    CHECK_THROWS_WITH_AS(upscaler.submit(frame), doctest::Contains("share no context"), Error);
+}
