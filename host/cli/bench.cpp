@@ -14,6 +14,7 @@
 #include "base/parse.h"
 #include "base/precision.h"
 #include "cli/bench_compare.h"
+#include "cli/bench_placement.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
@@ -241,8 +242,10 @@ void add_bench_command(CLI::App& app) {
         "  clarus bench\n"
         "  clarus bench --devices gpu,cpu --models enss-s-x2,fsr1 --sizes 1080p,4k --precision fp32,fp16 -o both.json\n"
         "  clarus bench --profile sustained --models enss-l-x2 --seconds 600\n"
-        "  clarus bench compare before.json after.json");
+        "  clarus bench compare before.json after.json\n"
+        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2");
     add_bench_compare_command(command);
+    add_bench_placement_command(command);
     add_first_frame_command(command);
     command.callback([&command, tuning, options] {
         if (!command.get_subcommands().empty()) return;

@@ -1,0 +1,79 @@
+#include "cli/bench_placement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "base/parse.h"
+#include "cli/choice.h"
+#include "cli/progress.h"
+#include "measure/placements.h"
+
+namespace clarus::cli {
+namespace {
+
+enum class Placements { automatic, all };
+
+struct Options {
+    std::string devices, model;
+    std::string size = "1920x1080";
+    Placements placements = Placements::automatic;
+    int turns = 7;
+};
+
+void bench_placement(const Options& options) {
+    const std::optional<Size> output = parse_size(options.size);
+    if (!output) fail(ErrorKind::invalid_argument, "--size {}: not WIDTHxHEIGHT, such as 1920x1080", options.size);
+    const Device devices = Device::open(options.devices);
+    const Model model = Model::find(options.model, 2);
+    const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels / model.scale())); };
+    std::vector<measure::PlacementResult> results;
+    {
+        Progress progress("measuring placements");
+        results = measure::measure_placements(devices, model, {side(output->width), side(output->height)},
+                                              options.placements == Placements::all, options.turns,
+                                              [&](double done) { progress.update(done); });
+    }
+    const std::vector<DeviceProfile> profiles = devices.profiles();
+    for (size_t device = 0; device < profiles.size(); ++device)
+        fmt::print("{}  {}  {}\n", device, profiles[device].selector, profiles[device].name);
+    fmt::print("\n{} to {}, frames in host memory\n", model.name(), options.size);
+    fmt::print("{:>9}  {:>9}  {:>9}  {:>6}  {:>8}  {}\n", "alone, ms", "each, ms", "/ all on 0", "parts", "MB moved",
+               "placement");
+    for (const measure::PlacementResult& result : results) {
+        double moved = 0;
+        for (const PlacedPart& part : result.parts) moved += 1e-6 * static_cast<double>(part.bytes_in);
+        fmt::print("{:>9.2f}  {:>9.2f}  {:>10.3f}  {:>6}  {:>8.2f}  {}\n", 1e3 * result.latency, 1e3 * result.period,
+                   result.period_ratio, result.parts.size(), moved, result.name);
+    }
+}
+
+}  // namespace
+
+void add_bench_placement_command(CLI::App& bench) {
+    CLI::App& command = *bench.add_subcommand("placement", "Measure how several devices share one model");
+    const auto options = std::make_shared<Options>();
+    command.add_option("--devices", options->devices, "Two or more selectors between commas, as `upscale --device`")
+        ->type_name("SEL,SEL")
+        ->required();
+    command.add_option("--model", options->model, "A name from `clarus models`, or a model file")->required();
+    command.add_option("--size", options->size, "Of the output")->type_name("WxH")->capture_default_str();
+    add_choice<Placements, Placements>(
+        command, "--placement", options->placements, {{"auto", Placements::automatic}, {"all", Placements::all}},
+        "auto unless told: each device alone, and what auto chooses; all: every cut in two "
+        "as well");
+    command.add_option("--turns", options->turns, "Of each placement, in turns with all on device 0")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command.footer(
+        "Examples:\n"
+        "  clarus bench placement --devices \"gpu, cpu\" --model mnss-x2\n"
+        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2 --placement all");
+    command.callback([options] { bench_placement(*options); });
+}
+
+}  // namespace clarus::cli
