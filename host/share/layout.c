@@ -46,6 +46,8 @@ size_t share_tight_pitch(clarus_format format, int width) {
 
 static size_t whole_pages(size_t bytes) { return (bytes + SHARE_PAGE_BYTES - 1) / SHARE_PAGE_BYTES * SHARE_PAGE_BYTES; }
 
+int share_is_of_render_size(clarus_share_kind kind) { return kinds[kind].as_color; }
+
 static clarus_share_status check_resource(int kind, clarus_share_resource* resource,
                                           const clarus_share_resource* color) {
     const char* name = kinds[kind].name;
@@ -80,10 +82,11 @@ static clarus_share_status check_rest(const clarus_share_description* descriptio
     if (policy != CLARUS_SHARE_EVERY_FRAME && policy != CLARUS_SHARE_NEWEST_FRAME)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "policy %d; there are every frame (%d) and newest frame (%d)",
                           policy, CLARUS_SHARE_EVERY_FRAME, CLARUS_SHARE_NEWEST_FRAME);
-    const int flags[] = {description->linear_color, description->depth_projective, description->depth_reversed,
-                         description->motion_jittered, description->motion_sampled_at_jitter};
-    static const char* const names[] = {"linear_color", "depth_projective", "depth_reversed", "motion_jittered",
-                                        "motion_sampled_at_jitter"};
+    const int flags[] = {
+        description->linear_color,    description->depth_projective,         description->depth_reversed,
+        description->motion_jittered, description->motion_sampled_at_jitter, description->dynamic_resolution};
+    static const char* const names[] = {"linear_color",    "depth_projective",         "depth_reversed",
+                                        "motion_jittered", "motion_sampled_at_jitter", "dynamic_resolution"};
     for (size_t i = 0; i < sizeof flags / sizeof *flags; ++i)
         if (flags[i] != 0 && flags[i] != 1)
             return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s is %d; it is 0 or 1", names[i], flags[i]);
@@ -136,6 +139,11 @@ static int is_matrix(const float* values) {
 
 clarus_share_status share_check_frame(const clarus_share_description* description, const clarus_share_frame* frame) {
     const clarus_share_resource* color = &description->resources[CLARUS_SHARE_COLOR];
+    const int is_whole = frame->width == color->width && frame->height == color->height;
+    if (!is_whole && !description->dynamic_resolution)
+        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT,
+                          "frame size %dx%d; the stream's is %dx%d, unless it has dynamic resolution", frame->width,
+                          frame->height, color->width, color->height);
     if (frame->width < 1 || frame->height < 1 || frame->width > color->width || frame->height > color->height)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "frame size %dx%d; must be from 1x1 to the stream's %dx%d",
                           frame->width, frame->height, color->width, color->height);
@@ -206,6 +214,7 @@ void share_describe_to_wire(const clarus_share_description* description, const s
     packet->scale = description->scale;
     packet->output_width = (uint32_t)description->output_width;
     packet->output_height = (uint32_t)description->output_height;
+    packet->dynamic_resolution = (uint32_t)description->dynamic_resolution;
     packet->user_bytes = description->user_bytes;
     packet->slot_bytes = layout->slot_bytes;
 }
@@ -234,6 +243,7 @@ clarus_share_description share_description_from_wire(const struct share_stream_p
     description.scale = packet->scale;
     description.output_width = whole(packet->output_width);
     description.output_height = whole(packet->output_height);
+    description.dynamic_resolution = whole(packet->dynamic_resolution);
     description.user_bytes = (size_t)packet->user_bytes;
     return description;
 }

@@ -34,6 +34,9 @@ void share_frame_to_wire(const clarus_share_frame* frame, uint64_t index, struct
 /* Unchecked: share_check_frame follows. */
 void share_frame_from_wire(const struct share_frame_header* header, clarus_share_frame* frame);
 
+/* Whether such an image has the size that frames are rendered at. */
+int share_is_of_render_size(clarus_share_kind kind);
+
 /* Bytes of a row without what the pitch adds. */
 size_t share_tight_pitch(clarus_format format, int width);
 

@@ -256,16 +256,21 @@ clarus_share_status clarus_share_copy(const clarus_share_frame* frame, clarus_sh
     if ((int)kind < 0 || (int)kind >= CLARUS_SHARE_KINDS || !frame->images[kind].pixels)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "the stream has no resource %d", (int)kind);
     const clarus_share_image* image = &frame->images[kind];
-    const size_t tight = share_tight_pitch(image->format, image->width);
+    const int is_rendered = share_is_of_render_size(kind);
+    const int width = is_rendered ? frame->width : image->width, height = is_rendered ? frame->height : image->height;
+    if (width < 1 || height < 1 || width > image->width || height > image->height)
+        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "frame size %dx%d; must be from 1x1 to the stream's %dx%d",
+                          width, height, image->width, image->height);
+    const size_t tight = share_tight_pitch(image->format, width);
     if (row_pitch == 0) row_pitch = tight;
     if (!pixels || row_pitch < tight)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "resource %d: row pitch %zu where a row has %zu bytes",
                           (int)kind, row_pitch, tight);
     if (row_pitch == tight && image->row_pitch == tight) {
-        memcpy(image->pixels, pixels, tight * (size_t)image->height);
+        memcpy(image->pixels, pixels, tight * (size_t)height);
         return CLARUS_SHARE_OK;
     }
-    for (int y = 0; y < image->height; ++y)
+    for (int y = 0; y < height; ++y)
         memcpy((unsigned char*)image->pixels + (size_t)y * image->row_pitch,
                (const unsigned char*)pixels + (size_t)y * row_pitch, tight);
     return CLARUS_SHARE_OK;

@@ -51,6 +51,7 @@ struct share_stream_packet {
     uint32_t slots, policy, linear_color, depth_projective, depth_reversed, motion_jittered, motion_sampled_at_jitter;
     float motion_scale_x, motion_scale_y, scale;
     uint32_t output_width, output_height;
+    uint32_t dynamic_resolution, reserved;
     uint64_t user_bytes;
     uint64_t slot_bytes; /* what follows from the above, to compare */
 };

@@ -128,7 +128,9 @@ TEST_CASE("every resource comes across in every format and pitch") {
 
 TEST_CASE("copying takes a source's pitch, and a frame's own size") {
     const RuntimeFolder folder;
-    const SharedStream stream = open_stream("game", plain_description(8, 6));
+    clarus_share_description description = plain_description(8, 6);
+    description.dynamic_resolution = 1;
+    const SharedStream stream = open_stream("game", description);
     const SharedReader reader = open_reader("game");
     REQUIRE(connect(reader.get(), stream.get()).status == CLARUS_SHARE_OK);
     std::vector<float> depth(12 * 6);
@@ -142,14 +144,21 @@ TEST_CASE("copying takes a source's pitch, and a frame's own size") {
     CHECK(clarus_share_copy(&frame, CLARUS_SHARE_UI, depth.data(), 0) == CLARUS_SHARE_INVALID_ARGUMENT);
     frame.width = 5;
     frame.height = 3;
+    const std::vector<float> small(15, -1);
+    REQUIRE(clarus_share_copy(&frame, CLARUS_SHARE_DEPTH, small.data(), 0) == CLARUS_SHARE_OK);
     REQUIRE(clarus_share_end(stream.get(), &frame) == CLARUS_SHARE_OK);
+    frame.width = 9;
+    CHECK(clarus_share_copy(&frame, CLARUS_SHARE_DEPTH, depth.data(), 0) == CLARUS_SHARE_INVALID_ARGUMENT);
     clarus_share_frame got;
     REQUIRE(clarus_share_reader_wait(reader.get(), 0, &got) == CLARUS_SHARE_OK);
     const clarus_share_image& image = got.images[CLARUS_SHARE_DEPTH];
     CHECK(image.width == 5);
     CHECK(image.height == 3);
     CHECK(image.row_pitch == 8 * sizeof(float));
-    CHECK(static_cast<const float*>(image.pixels)[2 * 8 + 4] == 2 * 12 + 4);
+    const auto* pixels = static_cast<const float*>(image.pixels);
+    CHECK(pixels[2 * 8 + 4] == -1);
+    CHECK(pixels[2 * 8 + 5] == 2 * 12 + 5);
+    CHECK(pixels[3 * 8 + 4] == 3 * 12 + 4);
 }
 
 TEST_CASE("under every-frame the renderer waits for a slot, in order, and nothing is lost") {
@@ -441,6 +450,7 @@ TEST_CASE("a frame that cannot be stays begun") {
         CHECK(clarus_share_end(stream.get(), &other) == CLARUS_SHARE_INVALID_ARGUMENT);
         CHECK_MESSAGE(says(words), clarus_share_last_error());
     };
+    refused([](auto& f) { f.width = 7; }, "frame size 7x8; the stream's is 8x8, unless it has dynamic resolution");
     refused([](auto& f) { f.width = 9; }, "frame size 9x8");
     refused([](auto& f) { f.height = 0; }, "frame size 8x0");
     refused([](auto& f) { f.jitter_x = 1.5f; }, "jitter");

@@ -88,6 +88,7 @@ typedef struct clarus_share_description {
     int motion_jittered, motion_sampled_at_jitter;
     float scale; /* output over render size that the renderer asks for, from 1; 0: it does not say */
     int output_width, output_height; /* the display's, where that is not the render size times scale; else 0, 0 */
+    int dynamic_resolution;          /* 1: frames may be rendered smaller than the colour is */
     size_t user_bytes;               /* the most that a frame brings of the renderer's own data; to 1 MiB */
 } clarus_share_description;
 
@@ -110,12 +111,12 @@ typedef struct clarus_share_frame {
     /* The renderer counts frames, those that it does not share, too: where the number before is not that of the last
        frame shared, motion spans more than one frame and history is dropped. begin: one more than the last. */
     uint64_t number;
-    int width, height;           /* rendered, at most the colour's; the rest of its images counts for nothing */
-    float jitter_x, jitter_y;    /* render pixels, from -1 to 1, as in clarus/stream.h, FrameParameters */
-    float exposure;              /* > 0; 1 unless told */
-    float near_plane, far_plane; /* view distances, needed where depth is projective; far may be infinite */
-    float fov_y;                 /* radians; 0: not said */
-    float frame_seconds;         /* since the frame before; 0: not said */
+    int width, height;                    /* rendered; with dynamic resolution at most the colour's, in its corner */
+    float jitter_x, jitter_y;             /* render pixels, from -1 to 1, as in clarus/stream.h, FrameParameters */
+    float exposure;                       /* > 0; 1 unless told */
+    float near_plane, far_plane;          /* view distances, needed where depth is projective; far may be infinite */
+    float fov_y;                          /* radians; 0: not said */
+    float frame_seconds;                  /* since the frame before; 0: not said */
     float motion_scale_x, motion_scale_y; /* the description's unless told: uv vectors of a smaller frame need theirs */
     int reset;                            /* a cut: history is dropped before the frame */
     int has_matrices;                     /* whether the two that follow are said */
@@ -143,7 +144,8 @@ clarus_share_status clarus_share_open(const char* name, const clarus_share_descr
    clarus_share_end, the same slot is begun anew. */
 clarus_share_status clarus_share_begin(clarus_share_stream* stream, int timeout_ms, clarus_share_frame* frame);
 
-/* Copies an image of the frame's size into the slot; `row_pitch` of the source, 0 where its rows have no gap. */
+/* Copies an image of the frame's width and height, which are set before, into the slot; `row_pitch` of the source, 0
+ * where its rows have no gap. */
 clarus_share_status clarus_share_copy(const clarus_share_frame* frame, clarus_share_kind kind, const void* pixels,
                                       size_t row_pitch);
 
