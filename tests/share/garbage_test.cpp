@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -78,9 +79,11 @@ class FakeRenderer {
             CHECK((status == CLARUS_SHARE_OK || clarus_share_last_error()[0] != '\0'));
             return status;
         });
-        while (connection < 0) connection = share_accept(endpoint_.socket);
+        wait_for(endpoint_.socket);
+        connection = share_accept(endpoint_.socket);
+        wait_for(connection);
         share_hello hello;
-        while (share_receive(connection, &hello, sizeof hello, nullptr, 0, nullptr) < 0) continue;
+        REQUIRE(share_receive(connection, &hello, sizeof hello, nullptr, 0, nullptr) == sizeof hello);
         REQUIRE(share_send(connection, &packet, bytes, descriptors.data(), count) == 0);
         return connected.get();
     }
@@ -108,6 +111,11 @@ class FakeRenderer {
     int connection = -1;
 
   private:
+    static void wait_for(int socket) {
+        pollfd event{socket, POLLIN, 0};
+        REQUIRE(poll(&event, 1, 10000) == 1);
+    }
+
     share_endpoint endpoint_{};
 };
 

@@ -1,19 +1,15 @@
 #include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
-#include <new>
+#include <memory>
 #include <random>
 #include <string>
 #include <thread>
 
+#include "child_process.h"
 #include "share_harness.h"
 
 // A renderer and an upscaler as processes that are killed at random instants, and come back. 40 times a policy;
@@ -124,44 +120,6 @@ int upscale(Record& record) {
     return status == CLARUS_SHARE_ENDED ? 0 : 1;
 }
 
-class Process {
-  public:
-    explicit Process(const std::function<int()>& main) {
-        const pid_t parent = getpid();
-        id_ = fork();
-        REQUIRE(id_ >= 0);
-        if (id_ > 0) return;
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() != parent) _exit(1);
-        _exit(main());
-    }
-    ~Process() {
-        if (id_ > 0) kill();
-    }
-    Process(const Process&) = delete;
-    Process& operator=(const Process&) = delete;
-    void kill() {
-        ::kill(id_, SIGKILL);
-        waitpid(id_, nullptr, 0);
-        id_ = -1;
-    }
-    /// Its exit code, or -1 where it does not end.
-    int result() {
-        for (int i = 0; i < 2000; ++i) {
-            int status = 0;
-            if (waitpid(id_, &status, WNOHANG) == id_) {
-                id_ = -1;
-                return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-            }
-            std::this_thread::sleep_for(10ms);
-        }
-        return -1;
-    }
-
-  private:
-    pid_t id_;
-};
-
 int kills_wanted() {
     const char* variable = std::getenv("CLARUS_KILLS");
     return variable ? std::atoi(variable) : 40;
@@ -184,18 +142,18 @@ void check_kills(clarus_share_policy policy, unsigned seed) {
     std::mt19937 random(seed);
     const auto rendering = [&] { return render(*record, policy); };
     const auto upscaling = [&] { return upscale(*record); };
-    auto renderer = std::make_unique<Process>(rendering), upscaler = std::make_unique<Process>(upscaling);
+    auto renderer = std::make_unique<ChildProcess>(rendering), upscaler = std::make_unique<ChildProcess>(upscaling);
     int renderers = 0, upscalers = 0;
     for (int i = 0; i < kills_wanted(); ++i) {
         REQUIRE(goes_on(*record));
         std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
         if (random() % 2) {
             renderer->kill();
-            renderer = std::make_unique<Process>(rendering);
+            renderer = std::make_unique<ChildProcess>(rendering);
             ++renderers;
         } else {
             upscaler->kill();
-            upscaler = std::make_unique<Process>(upscaling);
+            upscaler = std::make_unique<ChildProcess>(upscaling);
             ++upscalers;
         }
     }
