@@ -9,7 +9,11 @@ namespace {
 std::atomic<bool> interrupted = false;  // lock-free, as handlers need it
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void interrupt(int) { interrupted = true; }
+// A second one ends the process, whatever it does.
+void interrupt(int signal) {
+    interrupted = true;
+    std::signal(signal, SIG_DFL);
+}
 
 }  // namespace
 

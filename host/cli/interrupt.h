@@ -3,7 +3,7 @@
 namespace clarus::cli {
 
 /// Takes Ctrl-C and the signal to end (SIGINT, SIGTERM) as long as it lives, so that a command that runs until then can
-/// leave in good order. One at a time.
+/// leave in good order; a second one ends the process at once. One at a time.
 class Interrupt {
   public:
     Interrupt();

@@ -9,6 +9,7 @@
 
 #include "child_process.h"
 #include "io/file.h"
+#include "io/frames.h"
 #include "io/sequence.h"
 #include "noise_sequence.h"
 #include "share_harness.h"
@@ -305,4 +306,42 @@ TEST_CASE("a renderer in C is served") {
     CHECK(place.files("served").size() == 5);
     CHECK(io::read_image_header(place / "served/0004.png").size == Size{640, 360});
     CHECK(io::read_image(place / "served/0004.png").at(320, 180, 1) == doctest::Approx(0.5).epsilon(0.01));
+}
+
+TEST_CASE("what the sample renderer shares is what it writes") {
+    const Workplace place(1);
+    const auto render = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"render", "--scene", "demo", "--size", "48x32", "--hdr", "--frames", "3",
+                                             "--no-reference", "--depth", "projective", "--motion-jittered"});
+        return std::make_unique<Program>(CLARUS_TOOL, arguments);
+    };
+    fs::remove_all(place / "sequence");
+    CHECK(render({"-o", place.sequence()})->result() == 0);
+    const io::Sequence sequence = io::read_sequence(place.sequence());
+    const auto renderer = render({"--share", "game"});
+    const SharedReader reader = open_reader("game");
+    REQUIRE(clarus_share_reader_connect(reader.get(), 60000) == CLARUS_SHARE_OK);
+    const clarus_share_description& description = *clarus_share_reader_description(reader.get());
+    CHECK(description.linear_color == 1);
+    CHECK(description.depth_projective == 1);
+    CHECK(description.motion_jittered == 1);
+    for (size_t i = 0; i < 3; ++i) {
+        clarus_share_frame frame;
+        REQUIRE(clarus_share_reader_wait(reader.get(), 60000, &frame) == CLARUS_SHARE_OK);
+        CHECK(frame.number == i);
+        CHECK(frame.jitter_x == doctest::Approx(sequence.frames[i].jitter.x));
+        CHECK(frame.far_plane == sequence.frames[i].far_plane);
+        const io::FramePixels written = io::read_frame(sequence, i, true, false);
+        const auto check = [&](clarus_share_kind kind, const io::Pixels& pixels, double tolerance) {
+            const auto* shared = static_cast<const float*>(frame.images[kind].pixels);
+            for (size_t k = 0; k < pixels.values.size(); ++k)
+                CHECK(shared[k] == doctest::Approx(pixels.values[k]).epsilon(tolerance));
+        };
+        check(CLARUS_SHARE_COLOR, written.color, 1e-3);  // which the file has in half
+        check(CLARUS_SHARE_DEPTH, written.depth, 1e-6);
+        check(CLARUS_SHARE_MOTION, written.motion, 1e-6);
+        CHECK(clarus_share_reader_release(reader.get()) == CLARUS_SHARE_OK);
+    }
+    CHECK(renderer->result() == 0);
+    CHECK(render({})->result() == 2);
 }
