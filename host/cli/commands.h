@@ -15,5 +15,8 @@ void add_models_command(CLI::App& app);
 void add_model_command(CLI::App& app);
 void add_prepare_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
+void add_serve_command(CLI::App& app);
+void add_control_command(CLI::App& app);
+void add_play_command(CLI::App& app);
 
 }  // namespace clarus::cli

@@ -4,13 +4,13 @@
 #include <exception>
 #include <future>
 #include <map>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "cli/progress.h"
 #include "cli/view_picture.h"
-#include "io/frames.h"
+#include "io/image.h"
 #include "metrics/display.h"
 
 namespace clarus::cli {
@@ -28,16 +28,146 @@ struct Slot {
         }
     }
 
-    io::FramePixels input;
+    size_t index = 0;
+    SourceFrame frame;
+    std::shared_ptr<Upscaler> upscaler;
     io::Pixels output, before;  // before: interpolated
     std::map<std::string, io::Pixels> views;
-    FrameResult* result = nullptr;
-    const io::FrameFiles* files = nullptr;
+    FrameResult result;
     std::optional<FrameEvent> event;
     std::future<void> written;
 };
 
-/// One frame is on the device and one with each core that encodes, as far as memory goes.
+class FrameLoop {
+  public:
+    FrameLoop(FrameSource& source, const ChooseUpscaler& choose, Interpolator* interpolator, const FrameOutput& output,
+              size_t under_way, Trace& trace, const Finished& finished)
+        : source_(source),
+          choose_(choose),
+          interpolator_(interpolator),
+          output_(output),
+          trace_(trace),
+          finished_(finished),
+          slots_(under_way) {}
+
+    void run() {
+        Slot* before = nullptr;  // on the device
+        const auto finish_before = [&] {
+            if (before) finish(*before);
+            before = nullptr;
+        };
+        size_t index = 0;
+        for (;; ++index) {
+            Slot& slot = slot_of(index);
+            hand_over(slot);
+            if (source_.waits()) finish_before();
+            try {
+                if (!read(slot, index)) break;
+            } catch (...) {
+                finish_before();
+                throw;
+            }
+            if (index == 0) trace_.device_starts();
+            submit(slot);
+            finish_before();
+            before = &slot;
+        }
+        finish_before();
+        for (size_t i = index; i < index + slots_.size(); ++i) hand_over(slot_of(i));  // from the oldest on
+    }
+
+  private:
+    Slot& slot_of(size_t frame) { return slots_[frame % slots_.size()]; }
+
+    void hand_over(Slot& slot) {
+        if (!slot.written.valid()) return;
+        slot.written.get();
+        finished_(std::move(slot.result));
+    }
+
+    bool read(Slot& slot, size_t index) {
+        Trace::Span span(trace_, Trace::Track::main, "wait for input");
+        std::optional<SourceFrame> frame = source_.next();
+        if (!frame) return false;
+        span.set_frame(frame->name);
+        slot.index = index;
+        slot.frame = std::move(*frame);
+        slot.result = {};
+        slot.result.name = slot.frame.name;
+        slot.result.file = output_.file(slot.frame.name);
+        return true;
+    }
+
+    static void allocate(io::Pixels& result, Size size) {
+        result.size = size;
+        result.channels = 3;
+        result.values.resize(static_cast<size_t>(size.width) * size.height * result.channels);
+    }
+
+    void submit(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "submit", slot.frame.name);
+        slot.upscaler = choose_(slot.frame);
+        allocate(slot.output, slot.upscaler->output_size());
+        FrameDescription frame = slot.frame.inputs;
+        frame.output = image_of(slot.output);
+        slot.event = slot.upscaler->submit(frame);
+        for (const std::string& name : output_.views)
+            slot.views[name] = view_picture(slot.upscaler->view(name), output_.view_size);
+    }
+
+    void finish(Slot& slot) {
+        {
+            const Trace::Span span(trace_, Trace::Track::main, "wait for device", slot.frame.name);
+            slot.event->wait();
+        }
+        slot.result.invalid_motion_vectors = slot.event->invalid_motion_vectors();
+        slot.event.reset();
+        if (interpolator_) interpolate(slot);
+        slot.frame.hold.reset();
+        const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
+        slot.written = std::async(std::launch::async, [this, &slot, track] { write(slot, track); });
+    }
+
+    void interpolate(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "interpolate", slot.frame.name);
+        allocate(slot.before, slot.output.size);
+        FrameDescription frame = slot.frame.inputs;
+        frame.color = image_of(slot.output);
+        frame.output = image_of(slot.before);
+        interpolator_->submit(frame).wait();
+    }
+
+    void write(Slot& slot, Trace::Track track) {
+        const Trace::Span span(trace_, track, "write", slot.frame.name);
+        if (!slot.frame.reference.values.empty()) {
+            const auto display = [&](const io::Pixels& pixels) {
+                return metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
+            };
+            slot.result.quality = metrics::measure(display(slot.output), display(slot.frame.reference));
+        }
+        if (output_.folder.empty()) return;
+        const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
+        const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
+            io::write_image(file, pixels, samples, output_.png_compression);
+        };
+        save(slot.result.file, slot.output, type);
+        if (interpolator_ && slot.index != 0) save(output_.file_before(slot.frame.name), slot.before, type);
+        for (const auto& [name, picture] : slot.views)
+            save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);
+    }
+
+    FrameSource& source_;
+    const ChooseUpscaler& choose_;
+    Interpolator* interpolator_;
+    const FrameOutput& output_;
+    Trace& trace_;
+    const Finished& finished_;
+    // Last: its writers use what is above.
+    std::vector<Slot> slots_;
+};
+
+}  // namespace
+
 size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
     constexpr size_t memory = size_t{1} << 30;
     const auto image = [](Size size, size_t channels) { return sizeof(float) * channels * size.width * size.height; };
@@ -49,144 +179,9 @@ size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
     return std::clamp<size_t>(memory / (2 * input + results), 2, cores + 1);
 }
 
-Image image(io::Pixels& pixels) {
-    return pixels.values.empty() ? Image{} : Image{.host = pixels.values.data(), .size = pixels.size};
-}
-
-class FrameLoop {
-  public:
-    FrameLoop(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator, const FrameOutput& output,
-              Trace& trace)
-        : sequence_(sequence),
-          upscaler_(upscaler),
-          interpolator_(interpolator),
-          output_(output),
-          trace_(trace),
-          reader_(sequence, 0, sequence.frames.size(),
-                  interpolator || upscaler.needs_depth() || upscaler.needs_motion(), output.measure,
-                  frames_under_way(upscaler, output)),
-          results_(sequence.frames.size()),
-          slots_(frames_under_way(upscaler, output)) {}
-
-    std::vector<FrameResult> run() {
-        Progress progress("upscaling");
-        const size_t count = sequence_.frames.size();
-        for (size_t i = 0; i < count; ++i) {
-            Slot& slot = slot_of(i);
-            if (slot.written.valid()) slot.written.get();
-            try {
-                read(slot, i);
-            } catch (...) {
-                if (i > 0) finish(slot_of(i - 1));
-                throw;
-            }
-            if (i == 0) trace_.device_starts();
-            submit(slot);
-            if (i > 0) finish(slot_of(i - 1));
-            progress.update(i, count);
-        }
-        finish(slot_of(count - 1));
-        for (size_t i = count; i < count + slots_.size(); ++i)  // from the oldest on
-            if (slot_of(i).written.valid()) slot_of(i).written.get();
-        return std::move(results_);
-    }
-
-  private:
-    Slot& slot_of(size_t frame) { return slots_[frame % slots_.size()]; }
-
-    void read(Slot& slot, size_t index) {
-        slot.files = &sequence_.frames[index];
-        slot.result = &results_[index];
-        slot.result->name = slot.files->name;
-        slot.result->file = output_.file(slot.files->name);
-
-        const Trace::Span span(trace_, Trace::Track::main, "wait for input", slot.files->name);
-        slot.input = std::move(reader_.next()->pixels);
-        allocate(slot.output);
-        if (interpolator_) allocate(slot.before);
-    }
-
-    void allocate(io::Pixels& result) const {
-        result.size = upscaler_.output_size();
-        result.channels = 3;
-        result.values.resize(static_cast<size_t>(result.size.width) * result.size.height * result.channels);
-    }
-
-    FrameDescription description(Slot& slot) const {
-        FrameDescription frame;
-        static_cast<FrameParameters&>(frame) = *slot.files;
-        frame.render_size = sequence_.render_size_of(*slot.files);
-        frame.motion_scale = sequence_.motion_scale(*slot.files);
-        frame.color = image(slot.input.color);
-        frame.depth = image(slot.input.depth);
-        frame.motion = image(slot.input.motion);
-        return frame;
-    }
-
-    void submit(Slot& slot) {
-        const Trace::Span span(trace_, Trace::Track::main, "submit", slot.files->name);
-        FrameDescription frame = description(slot);
-        frame.output = image(slot.output);
-        slot.event = upscaler_.submit(frame);
-        for (const std::string& name : output_.views)
-            slot.views[name] = view_picture(upscaler_.view(name), output_.view_size);
-    }
-
-    void finish(Slot& slot) {
-        {
-            const Trace::Span span(trace_, Trace::Track::main, "wait for device", slot.files->name);
-            slot.event->wait();
-        }
-        slot.result->invalid_motion_vectors = slot.event->invalid_motion_vectors();
-        slot.event.reset();
-        if (interpolator_) interpolate(slot);
-        const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
-        slot.written = std::async(std::launch::async, [this, &slot, track] { write(slot, track); });
-    }
-
-    void interpolate(Slot& slot) {
-        const Trace::Span span(trace_, Trace::Track::main, "interpolate", slot.files->name);
-        FrameDescription frame = description(slot);
-        frame.color = image(slot.output);
-        frame.output = image(slot.before);
-        interpolator_->submit(frame).wait();
-    }
-
-    void write(Slot& slot, Trace::Track track) {
-        const Trace::Span span(trace_, track, "write", slot.files->name);
-        if (!slot.input.reference.values.empty()) {
-            const auto display = [&](const io::Pixels& pixels) {
-                return metrics::display_values(pixels, sequence_.color_space, slot.files->exposure);
-            };
-            slot.result->quality = metrics::measure(display(slot.output), display(slot.input.reference));
-        }
-        const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
-        const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
-            io::write_image(file, pixels, samples, output_.png_compression);
-        };
-        save(slot.result->file, slot.output, type);
-        if (interpolator_ && slot.files != &sequence_.frames.front())
-            save(output_.file_before(slot.files->name), slot.before, type);
-        for (const auto& [name, picture] : slot.views)
-            save(output_.view_file(name, slot.files->name), picture, io::SampleType::u8);
-    }
-
-    const io::Sequence& sequence_;
-    Upscaler& upscaler_;
-    Interpolator* interpolator_;
-    const FrameOutput& output_;
-    Trace& trace_;
-    io::FrameReader reader_;
-    std::vector<FrameResult> results_;
-    // Last: its writers use what is above.
-    std::vector<Slot> slots_;
-};
-
-}  // namespace
-
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator,
-                                        const FrameOutput& output, Trace& trace) {
-    return FrameLoop(sequence, upscaler, interpolator, output, trace).run();
+void upscale_frames(FrameSource& source, const ChooseUpscaler& choose, Interpolator* interpolator,
+                    const FrameOutput& output, size_t under_way, Trace& trace, const Finished& finished) {
+    FrameLoop(source, choose, interpolator, output, under_way, trace, finished).run();
 }
 
 }  // namespace clarus::cli

@@ -1,23 +1,27 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
+#include "cli/frame_source.h"
 #include "cli/image_folder.h"
 #include "cli/trace.h"
-#include "io/sequence.h"
 #include "metrics/quality.h"
 
 namespace clarus::cli {
 
 /// What the loop leaves in the folder.
 struct FrameOutput {
-    std::filesystem::path folder;
+    std::filesystem::path folder;    // empty: nothing is written
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
+    ColorSpace color_space;          // of the frames
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
     Size view_size;                  // of their pictures: that of what the model makes
     bool measure = true;             // compare with references where the sequence has them
@@ -39,12 +43,20 @@ struct FrameResult {
     std::optional<metrics::FrameQuality> quality;
 };
 
-/// Upscales every frame of the sequence: the next frames are read, and the last ones measured and written, on all cores
-/// while the device works on one; as many frames are under way as there are cores, but no more than a GiB holds.
-/// Existing files of the same name are replaced. Where there is an `interpolator`, it makes a picture before each frame
-/// but the first. Errors: the first one in the order of frames; where a frame cannot be read, those before it are
+/// What upscales a frame. It may put buffers of its device in place of the frame's host memory.
+using ChooseUpscaler = std::function<std::shared_ptr<Upscaler>(SourceFrame&)>;
+/// A frame is upscaled, and written where it is to be. Called in the order of frames.
+using Finished = std::function<void(FrameResult)>;
+
+/// How many frames `upscale_frames` should have under way at once: one on the device and one with each core that
+/// encodes, as far as a GiB goes.
+size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output);
+
+/// Upscales every frame of the source: the last ones are measured and written on all cores while the device works on
+/// one. Existing files of the same name are replaced. Where there is an `interpolator`, it makes a picture before each
+/// frame but the first. Errors: the first one in the order of frames; where a frame cannot be read, those before it are
 /// written.
-std::vector<FrameResult> upscale_frames(const io::Sequence& sequence, Upscaler& upscaler, Interpolator* interpolator,
-                                        const FrameOutput& output, Trace& trace);
+void upscale_frames(FrameSource& source, const ChooseUpscaler& choose, Interpolator* interpolator,
+                    const FrameOutput& output, size_t under_way, Trace& trace, const Finished& finished);
 
 }  // namespace clarus::cli

@@ -51,6 +51,9 @@ int main(int argc, char** argv) {
     clarus::cli::add_model_command(app);
     clarus::cli::add_prepare_command(app);
     clarus::cli::add_bench_command(app);
+    clarus::cli::add_serve_command(app);
+    clarus::cli::add_control_command(app);
+    clarus::cli::add_play_command(app);
 
     try {
         app.parse(argc, argv);

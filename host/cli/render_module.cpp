@@ -16,7 +16,11 @@
 #include "clarus/jitter.h"
 #include "clarus/log.h"
 #include "cli/choice.h"
+#include "cli/interrupt.h"
 #include "cli/progress.h"
+#include "cli/share_options.h"
+#include "cli/shared_frames.h"
+#include "io/encode.h"
 #include "io/output_layout.h"
 #include "render/renderer.h"
 #include "render/sequence_writer.h"
@@ -36,6 +40,7 @@ struct Options {
     bool reversed = false, motion_jittered = false, no_reference = false, output_buffers = false;
     bool hdr = false, force = false;
     std::filesystem::path output;
+    ShareOptions share;  // in place of the output
 };
 
 Size render_size(std::string_view text) {
@@ -208,22 +213,12 @@ void check_cuts(const render::World& world, const Options& options) {
     }
 }
 
-void run(const Options& options) {
-    auto layout = io::output_layout(options.output, options.layout);
-    const io::Sequence sequence = sequence_of(options, *layout);
-    render::RenderSettings settings = settings_of(options, sequence);
+/// Calls visit(frame, state, settings) for every frame, until that returns false. The frame's name and files are left
+/// out.
+template <typename Visit>
+void visit_frames(const Options& options, const io::Sequence& sequence, render::RenderSettings settings,
+                  const render::World& world, Visit visit) {
     const std::function<Vec2(int)> jitter = parse_jitter(options.jitter, options.scale);
-    check_at_least("--frames", options.frames, 1);
-    check_at_least("--frame-step", options.frame_step, 1);
-    check_at_least("--first-frame", options.first_frame, 0);
-    check_at_least("--path", options.path, 0);
-    check_at_least("--threads", options.threads, 0);
-    std::optional<tbb::global_control> threads;
-    if (options.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
-
-    const render::World world = render::make_world(options.scene, options.path);
-    check_cuts(world, options);
-    render::SequenceWriter writer(std::move(layout), sequence, settings, recipe_of(options, sequence), options.force);
     Progress progress("rendering");
     for (int i = 0; i < options.frames; ++i) {
         const render::FrameState state = frame_state(world, options, i);
@@ -236,9 +231,60 @@ void run(const Options& options) {
         frame.far_plane = settings.far_plane;
         frame.camera = render::Camera(state.camera, settings.render_size)
                            .matrices(settings.near_plane, settings.far_plane, sequence.depth.reversed);
-        writer.add(frame, [&] { return render::render_frame(*world.scene, state, frame.jitter, settings); });
+        if (!visit(frame, state, settings)) return;
         progress.update(static_cast<size_t>(i) + 1, static_cast<size_t>(options.frames));
     }
+}
+
+/// As a game does: nothing is written.
+void share(const Options& options, const io::Sequence& sequence, render::RenderSettings settings,
+           const render::World& world) {
+    settings.reference_grid = 0;
+    settings.output_buffers = false;
+    const Interrupt interrupt;
+    SharedFrames shared(sequence, true, true, options.dynamic_resolution < 1, options.share);
+    Vec2 previous_jitter;
+    const auto render_and_share = [&](io::FrameFiles& frame, const render::FrameState& state,
+                                      const render::RenderSettings& frame_settings) {
+        render::RenderedFrame images = render::render_frame(*world.scene, state, frame.jitter, frame_settings);
+        const Vec2 before = shared.state().ready == 0 ? frame.jitter : previous_jitter;
+        previous_jitter = frame.jitter;
+        return shared.share(frame, {.color = std::move(images.color),
+                                    .depth = io::encode_depth(images.depth, sequence, frame),
+                                    .motion = io::encode_motion(images.motion, sequence, frame, frame.jitter, before),
+                                    .reference = {}});
+    };
+    visit_frames(options, sequence, settings, world, render_and_share);
+    shared.finish();
+    fmt::print("{} frames shared, {} upscaled or skipped\n", shared.state().ready, shared.state().released);
+}
+
+void run(const Options& options) {
+    if (options.output.empty() == options.share.name.empty())
+        throw CLI::ValidationError("--output", "one of --output and --share is needed");
+    auto layout = io::output_layout(options.output, options.layout);
+    const io::Sequence sequence = sequence_of(options, *layout);
+    const render::RenderSettings settings = settings_of(options, sequence);
+    parse_jitter(options.jitter, options.scale);
+    check_at_least("--frames", options.frames, 1);
+    check_at_least("--frame-step", options.frame_step, 1);
+    check_at_least("--first-frame", options.first_frame, 0);
+    check_at_least("--path", options.path, 0);
+    check_at_least("--threads", options.threads, 0);
+    std::optional<tbb::global_control> threads;
+    if (options.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
+
+    const render::World world = render::make_world(options.scene, options.path);
+    if (!options.share.name.empty()) return share(options, sequence, settings, world);
+    check_cuts(world, options);
+    render::SequenceWriter writer(std::move(layout), sequence, settings, recipe_of(options, sequence), options.force);
+    visit_frames(
+        options, sequence, settings, world,
+        [&](const io::FrameFiles& frame, const render::FrameState& state,
+            const render::RenderSettings& frame_settings) {
+            writer.add(frame, [&] { return render::render_frame(*world.scene, state, frame.jitter, frame_settings); });
+            return true;
+        });
     writer.finish();
 }
 
@@ -295,14 +341,16 @@ void define(CLI::App* command) {
         "motion; nss is linear radiance");
     command->add_option("--threads", options->threads, "Threads to render with; 0: all")->capture_default_str();
     command->add_flag("--force", options->force, "Replace the sequence that is there");
-    command
-        ->add_option("-o,--output", options->output,
-                     "Where to, named as the layout's readers take it. native: a folder; qrisp: "
-                     "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json")
-        ->required();
+    command->add_option("-o,--output", options->output,
+                        "Where to, named as the layout's readers take it. native: a folder; qrisp: "
+                        "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json");
+    add_share_options(*command, options->share);
     command->footer(
         "A render that was interrupted continues when it is started again with the same options.\n"
-        "Example: clarus render --scene demo --size 480x270 --scale 2 --frames 12 --path 1 -o seq/");
+        "Examples:\n"
+        "  clarus render --scene demo --size 480x270 --scale 2 --frames 12 --path 1 -o seq/\n"
+        "  clarus render --scene demo --size 480x270 --scale 2 --frames 600 --share game    as a game, see clarus "
+        "serve");
     command->callback([options] { run(*options); });
 }
 

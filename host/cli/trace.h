@@ -20,14 +20,19 @@ class Trace {
     /// Each frame that is written while others are has a track of its own, from 0.
     static Track writer(size_t index) { return Track{static_cast<int>(Track::first_writer) + static_cast<int>(index)}; }
 
-    /// Adds itself to the trace at the end of its life. `trace` must outlive it.
+    /// Adds itself to the trace at the end of its life, where it is of a frame. `trace` must outlive it.
     class Span {
       public:
+        Span(Trace& trace, Track track, std::string name) : Span(trace, track, std::move(name), "") {}
         Span(Trace& trace, Track track, std::string name, std::string frame)
             : trace_(trace), track_(track), name_(std::move(name)), frame_(std::move(frame)), start_(trace.now()) {}
-        ~Span() { trace_.add(track_, name_, frame_, start_, trace_.now()); }
+        ~Span() {
+            if (!frame_.empty()) trace_.add(track_, name_, frame_, start_, trace_.now());
+        }
         Span(const Span&) = delete;
         Span& operator=(const Span&) = delete;
+        /// Of which frame it was may be known later.
+        void set_frame(std::string frame) { frame_ = std::move(frame); }
 
       private:
         Trace& trace_;

@@ -13,11 +13,12 @@
 #include <vector>
 
 #include "base/error.h"
-#include "base/parse.h"
 #include "base/rounding.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/frame_loop.h"
+#include "cli/frame_source.h"
+#include "cli/model_choice.h"
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/pipeline_options.h"
@@ -37,9 +38,7 @@ const std::vector<std::string> only_list{"list"};  // --view list
 
 struct UpscaleOptions {
     SequenceOptions sequence;
-    std::string model;
-    std::optional<double> scale;
-    std::optional<Size> output_size;
+    ModelWish wish;
     std::filesystem::path output;
     std::string device = "auto";
     UpscalerOptions settings;  // but for what the sequence says
@@ -52,58 +51,6 @@ struct UpscaleOptions {
     bool print_profile = false;
     std::filesystem::path trace, report;
 };
-
-// What is run, and the output size where that is not what the model makes.
-struct Input {
-    Model model;
-    io::Sequence sequence;
-    std::optional<Size> output_size;
-};
-
-/// For a model of any scale: one that makes output of this size, or else the nearest larger one along both axes.
-double scale_to(Size output, const io::Sequence& sequence, const Model& model) {
-    const Size render = sequence.render_size;
-    const double across = static_cast<double>(output.width) / render.width;
-    const double down = static_cast<double>(output.height) / render.height;
-    const ScaleRange scales = model.scales();
-    for (const double scale : {sequence.scale, across, down})
-        if (scaled(render, scale) == output && scales.contains(scale)) return scale;
-    return std::clamp(std::max(across, down), scales.smallest, scales.largest);
-}
-
-// A network has its scale, or else, as a filter does, takes --scale or what suits the output. That is, from the first
-// that is given: --output-size, --scale, what the sequence says.
-Input read_input(const UpscaleOptions& options) {
-    Model model = Model::find(options.model, options.scale.value_or(2));
-    const bool has_its_own = model.scales().is_single();
-    if (has_its_own && options.scale && *options.scale != model.scale())
-        fail(ErrorKind::invalid_argument,
-             "model {} upscales by {}, not by --scale {}; `clarus models` lists what takes any scale, and "
-             "--output-size WxH resamples what it makes",
-             model.name(), model.scale(), *options.scale);
-
-    io::Sequence sequence = options.sequence.read(model.scale());
-    std::optional<Size> output_size = options.output_size;
-    if (!output_size && !options.scale) output_size = sequence.shown_size;
-    if (!has_its_own) {
-        const double usual = output_size ? scale_to(*output_size, sequence, model) : sequence.scale;
-        model = Model::find(options.model, options.scale.value_or(usual));
-    } else if (!output_size && model.scale() != sequence.scale) {
-        fail(ErrorKind::invalid_argument,
-             "model {} upscales by {}, but the sequence {} is made for {}; `clarus models` lists the models there are, "
-             "and --output-size WxH resamples what one makes",
-             model.name(), model.scale(), options.sequence.path.string(), sequence.scale);
-    }
-    if (!output_size && sequence.is_dynamic()) output_size = scaled(sequence.render_size, model.scale());
-    return {std::move(model), std::move(sequence), output_size};
-}
-
-Size parse_output_size(const std::string& text) {
-    const std::optional<Size> size = parse_size(text);
-    if (!size)
-        throw CLI::ValidationError("--output-size", text + " is not WIDTHxHEIGHT with both from 1, such as 2560x1440");
-    return *size;
-}
 
 Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
     const bool linear = color_space == ColorSpace::linear;
@@ -123,19 +70,6 @@ std::string placement_rules(const std::string& given) {
     while (std::getline(file, line)) rules += line.substr(0, line.find('#')) + ",";
     if (file.bad()) fail(ErrorKind::file, "{} cannot be read", given);
     return rules;
-}
-
-UpscalerOptions upscaler_options(const UpscaleOptions& options, const io::Sequence& sequence,
-                                 const std::optional<Size>& output_size) {
-    UpscalerOptions result = options.settings;
-    result.output_size = output_size;
-    result.color_space = sequence.color_space;
-    result.depth = sequence.depth;
-    result.motion = sequence.motion_encoding();
-    result.dynamic_resolution = sequence.is_dynamic();
-    result.placement = placement_rules(options.placement);
-    result.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
-    return result;
 }
 
 /// Rules name the upscaler's stages.
@@ -184,10 +118,15 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
 }
 
 void upscale(const UpscaleOptions& options) {
-    const auto [model, sequence, output_size] = read_input(options);
+    Model found = find_model(options.wish);
+    const io::Sequence sequence = options.sequence.read(found.scale());
+    const auto [model, output_size] = choose_model(std::move(found), options.wish, sequence, sequence.is_dynamic(),
+                                                   "the sequence " + options.sequence.path.string());
     const Format format = output_format(options, sequence.color_space);
     const Device device = Device::open(options.device);
-    UpscalerOptions settings = upscaler_options(options, sequence, output_size);
+    UpscalerOptions settings = options_for(options.settings, sequence, sequence.is_dynamic(), output_size);
+    settings.placement = placement_rules(options.placement);
+    settings.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     if (!options.views.empty()) {
         const std::vector<std::string> names = Upscaler(device, model, sequence.render_size, settings).view_names();
         if (options.views == only_list) {
@@ -205,6 +144,7 @@ void upscale(const UpscaleOptions& options) {
     const Size made = scaled(sequence.render_size, model.scale());
     const FrameOutput output{options.output,
                              format == Format::exr ? ".exr" : ".png",
+                             sequence.color_space,
                              options.views,
                              made,
                              upscaler.output_size() == sequence.output_size(),
@@ -220,7 +160,7 @@ void upscale(const UpscaleOptions& options) {
 
     if (upscaler.output_size() != made)
         fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
-                   upscaler.output_size().height, options.output_size ? "" : ", the output_size of the sequence");
+                   upscaler.output_size().height, options.wish.output_size ? "" : ", the output_size of the sequence");
 
     const auto start = std::chrono::steady_clock::now();
     {
@@ -233,8 +173,21 @@ void upscale(const UpscaleOptions& options) {
 
     Trace trace;
     const auto frames_start = std::chrono::steady_clock::now();
-    std::vector<FrameResult> frames =
-        upscale_frames(sequence, upscaler, interpolator ? &*interpolator : nullptr, output, trace);
+    std::vector<FrameResult> frames;
+    {
+        const size_t under_way = frames_under_way(upscaler, output);
+        SequenceSource source(sequence, interpolator || upscaler.needs_depth() || upscaler.needs_motion(),
+                              output.measure, under_way);
+        const std::shared_ptr<Upscaler> only(std::shared_ptr<void>(), &upscaler);  // which it does not own
+        Progress progress("upscaling");
+        const auto finished = [&](FrameResult frame) {
+            frames.push_back(std::move(frame));
+            progress.update(frames.size(), sequence.frames.size());
+        };
+        upscale_frames(
+            source, [&](SourceFrame&) { return only; }, interpolator ? &*interpolator : nullptr, output, under_way,
+            trace, finished);
+    }
 
     std::vector<StageProfile> stages = upscaler.take_profile();
     MemoryRequirements memory = upscaler.memory_requirements();
@@ -272,7 +225,7 @@ void add_upscale_command(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("upscale", "Upscale a sequence of rendered frames");
     const auto options = std::make_shared<UpscaleOptions>();
     command.add_option("SEQUENCE", options->sequence.path, "The sequence's folder or JSON")->required();
-    command.add_option("--model", options->model, "A shipped model's or filter's name (clarus models), or a file")
+    command.add_option("--model", options->wish.model, "A shipped model's or filter's name (clarus models), or a file")
         ->required();
     command.add_option("-o,--output", options->output, "Folder for the images; those of the same name are replaced")
         ->type_name("DIR");
@@ -282,13 +235,14 @@ void add_upscale_command(CLI::App& app) {
                     "=CLASS, treated as of that class; several between commas work together")
         ->type_name("SEL");
     command
-        .add_option("--scale", options->scale,
+        .add_option("--scale", options->wish.scale,
                     "In place of the sequence's, for models of any scale (clarus models): filters from 1, others in "
                     "their range. Without --output-size, output is S times the render size")
         ->type_name("S");
     command
         .add_option_function<std::string>(
-            "--output-size", [options](const std::string& text) { options->output_size = parse_output_size(text); },
+            "--output-size",
+            [options](const std::string& text) { options->wish.output_size = parse_output_size(text); },
             "In place of the render size times the model's scale, or of the sequence's output_size: what the model "
             "makes is resampled to it, to a quarter to four times along each axis")
         ->type_name("WxH");

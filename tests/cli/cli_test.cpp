@@ -32,10 +32,12 @@
 #include "metrics/quality.h"
 #include "metrics/radiance.h"
 #include "model_file.h"
+#include "noise_sequence.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
 using namespace clarus;
+using clarus::test::noise;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -69,47 +71,11 @@ constexpr const char* kSmallFiles = "ulimit -f 4096; trap '' XFSZ;";
 
 Outcome run_tool(const std::vector<std::string>& arguments) { return run_tool_after("", arguments); }
 
-io::Pixels noise(Size size, int channels, float low, float high, unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> distribution(low, high);
-    io::Pixels pixels{size, channels, {}};
-    pixels.values.resize(static_cast<size_t>(size.width) * size.height * channels);
-    for (float& value : pixels.values) value = distribution(random);
-    return pixels;
-}
-
 // A sequence of noise, written as a renderer would write one, and a place for results.
 class Workplace {
   public:
     explicit Workplace(ColorSpace color_space = ColorSpace::srgb) {
-        const bool linear = color_space == ColorSpace::linear;
-        io::Sequence description;
-        description.folder = sequence();
-        description.render_size = render_size;
-        description.color_space = color_space;
-        for (const char* name : {"color", "depth", "motion", "reference"}) fs::create_directories(sequence() / name);
-        for (int i = 0; i < frame_count; ++i) {
-            const std::string name = fmt::format("{:04}", i);
-            const auto path = [&](const char* kind, const char* extension) {
-                return sequence() / kind / (name + extension);
-            };
-            const char* extension = linear ? ".exr" : ".png";
-            const io::SampleType type = linear ? io::SampleType::f32 : io::SampleType::u8;
-            const float brightest = linear ? 5.0f : 1.0f;
-            io::FrameFiles frame;
-            frame.color = path("color", extension);
-            frame.depth = path("depth", ".exr");
-            frame.motion = path("motion", ".exr");
-            frame.reference = path("reference", extension);
-            frame.reset = i == 0;
-            frame.name = name;
-            io::write_image(frame.color, noise(render_size, 3, 0, brightest, 4 * i), type);
-            io::write_image(frame.depth, noise(render_size, 1, 0, 1, 4 * i + 1), io::SampleType::f32);
-            io::write_image(frame.motion, noise(render_size, 2, -2, 2, 4 * i + 2), io::SampleType::f32);
-            io::write_image(frame.reference, noise(output_size, 3, 0, brightest, 4 * i + 3), type);
-            description.frames.push_back(frame);
-        }
-        io::write_sequence(description, sequence());
+        clarus::test::write_noise_sequence(sequence(), render_size, frame_count, color_space);
     }
 
     fs::path sequence() const { return folder_ / "sequence"; }

@@ -9,6 +9,8 @@
 
 #include <stddef.h>
 
+#include "clarus/format.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -35,15 +37,9 @@ typedef enum clarus_status {
     CLARUS_INTERNAL
 } clarus_status;
 
-typedef enum clarus_element_type { CLARUS_U8, CLARUS_F16, CLARUS_F32 } clarus_element_type;
 typedef enum clarus_precision { CLARUS_FP32, CLARUS_FP16, CLARUS_AUTOMATIC } clarus_precision;
 typedef enum clarus_tuning { CLARUS_STORED, CLARUS_MEASURE, CLARUS_FIXED, CLARUS_OBVIOUS } clarus_tuning;
 typedef enum clarus_log_level { CLARUS_LOG_DEBUG, CLARUS_LOG_INFO, CLARUS_LOG_WARNING } clarus_log_level;
-
-typedef struct clarus_format {
-    clarus_element_type type;
-    int channels;
-} clarus_format;
 
 /* A setting of the model's pipeline (clarus_model_option) and what it is to be. */
 typedef struct clarus_pipeline_option {

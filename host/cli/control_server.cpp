@@ -1,0 +1,93 @@
+#include "cli/control_server.h"
+
+#include <poll.h>
+
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+#include "cli/share_error.h"
+
+namespace clarus::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr size_t kLargestPacket = 60000;
+constexpr int kStopMilliseconds = 100;      // how long the server may take to stop
+constexpr int kRequestMilliseconds = 1000;  // who connects and asks nothing for so long is left
+
+void send(int connection, const json& packet) {
+    const std::string text = packet.dump(-1, ' ', false, json::error_handler_t::replace);
+    share_send(connection, text.data(), text.size(), nullptr, 0);
+}
+
+bool waits_long(int socket, int milliseconds) {
+    pollfd event{socket, POLLIN, 0};
+    return poll(&event, 1, milliseconds) <= 0;
+}
+
+/// None where the other side has gone; a discarded value where it is no JSON.
+std::optional<json> receive(int connection) {
+    std::string text(kLargestPacket, '\0');
+    const ssize_t bytes = share_receive(connection, text.data(), text.size(), nullptr, 0, nullptr);
+    if (bytes <= 0) return std::nullopt;
+    text.resize(std::min(static_cast<size_t>(bytes), text.size()));
+    return json::parse(text, nullptr, false);
+}
+
+}  // namespace
+
+ControlServer::ControlServer(const std::string& name, Answer answer) : answer_(std::move(answer)) {
+    check_share(share_listen(name.c_str(), SHARE_CONTROL_SUFFIX, &endpoint_));
+    thread_ = std::thread([this] {
+        while (!stop_) {
+            if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
+            int connection = share_accept(endpoint_.socket);
+            if (connection >= 0) serve(connection);
+            share_close(&connection);
+        }
+    });
+}
+
+ControlServer::~ControlServer() {
+    stop_ = true;
+    thread_.join();
+    share_stop_listening(&endpoint_);
+}
+
+void ControlServer::serve(int connection) const {
+    if (waits_long(connection, kRequestMilliseconds)) return;
+    const std::optional<json> request = receive(connection);
+    if (!request) return;
+    try {
+        if (!request->is_object()) fail(ErrorKind::invalid_argument, "a request is a JSON object");
+        send(connection, {{"answer", answer_(*request, [&](double done) { send(connection, {{"progress", done}}); })}});
+    } catch (const std::exception& error) {
+        send(connection, {{"error", error.what()}});
+    }
+}
+
+json ask_server(const std::string& name, const json& request, const ControlServer::Progress& progress) {
+    int connection = -1;
+    const clarus_share_status status = share_connect(name.c_str(), SHARE_CONTROL_SUFFIX, &connection);
+    if (status == CLARUS_SHARE_NO_STREAM)
+        fail(ErrorKind::file, "nobody serves {}: {}; `clarus serve {} --model …` does", name, clarus_share_last_error(),
+             name);
+    check_share(status);
+    const std::unique_ptr<int, void (*)(int*)> closed(&connection, share_close);
+    send(connection, request);
+    for (;;) {
+        waits_long(connection, -1);
+        const std::optional<json> packet = receive(connection);
+        if (!packet || !packet->is_object()) fail(ErrorKind::file, "the server of {} went without an answer", name);
+        if (packet->contains("progress")) {
+            progress((*packet)["progress"].get<double>());
+            continue;
+        }
+        if (packet->contains("error")) fail(ErrorKind::invalid_argument, "{}", (*packet)["error"].get<std::string>());
+        return packet->value("answer", json());
+    }
+}
+
+}  // namespace clarus::cli

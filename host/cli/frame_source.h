@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "clarus/stream.h"
+#include "io/frames.h"
+#include "io/image.h"
+#include "io/sequence.h"
+
+namespace clarus::cli {
+
+/// A frame as a source hands it out.
+struct SourceFrame {
+    std::string name;         // what its output is named by: "0000"
+    FrameDescription inputs;  // all but the output
+    io::Pixels reference;     // 3 channels, output resolution; empty where there is none
+    /// What the images lie in: they stay as they are as long as it lives. Frames are let go in their order.
+    std::shared_ptr<const void> hold;
+};
+
+/// Where the frames come from that cli/frame_loop upscales.
+class FrameSource {
+  public:
+    virtual ~FrameSource() = default;
+    /// The next frame; none after the last. Waits. Errors: the source's, at that frame.
+    virtual std::optional<SourceFrame> next() = 0;
+    /// Whether `next` may wait for somebody who is slow, or who waits for a frame to be let go: what is under way is
+    /// better finished before.
+    virtual bool waits() const = 0;
+};
+
+/// Frames of files, in order.
+class SequenceSource : public FrameSource {
+  public:
+    /// `sequence` outlives the source; `ahead` frames are read before they are asked for.
+    SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead);
+    std::optional<SourceFrame> next() override;
+    bool waits() const override { return false; }
+
+  private:
+    const io::Sequence& sequence_;
+    io::FrameReader reader_;
+};
+
+/// The pixels as a frame's image; none where there are none.
+Image image_of(io::Pixels& pixels);
+
+}  // namespace clarus::cli

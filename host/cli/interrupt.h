@@ -1,0 +1,17 @@
+#pragma once
+
+namespace clarus::cli {
+
+/// Takes Ctrl-C and the signal to end (SIGINT, SIGTERM) as long as it lives, so that a command that runs until then can
+/// leave in good order; a second one ends the process at once. One at a time.
+class Interrupt {
+  public:
+    Interrupt();
+    ~Interrupt();
+    Interrupt(const Interrupt&) = delete;
+    Interrupt& operator=(const Interrupt&) = delete;
+
+    static bool came();
+};
+
+}  // namespace clarus::cli

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "base/rounding.h"
+#include "cli/choice.h"
+#include "cli/commands.h"
+#include "cli/control_server.h"
+#include "cli/frame_loop.h"
+#include "cli/interrupt.h"
+#include "cli/output_folder.h"
+#include "cli/pipeline_options.h"
+#include "cli/progress.h"
+#include "cli/serving.h"
+#include "cli/shared_source.h"
+#include "cli/trace.h"
+
+namespace clarus::cli {
+namespace {
+
+struct ServeOptions {
+    std::string name;
+    Serving::Settings settings{.wish = {}, .device = "auto", .upscaler = {}};
+    std::filesystem::path output;
+    int png_compression = 1;
+    bool goes_on = false;
+};
+
+void tell_waiting(const std::string& name) {
+    if (isatty(STDERR_FILENO)) fmt::print(stderr, "waiting for a renderer that shares {}; Ctrl-C ends\n", name);
+}
+
+void upscale(const ServeOptions& options, SharedSource& source, Serving& serving, OutputFolders& folders) {
+    {
+        Progress progress("preparing");
+        serving.start([&](double fraction) { progress.update(fraction); });
+    }
+    const Upscaler& first = serving.upscaler();
+    const Size render = first.render_size(), shown = first.output_size();
+    const ColorSpace color_space = source.stream()->sequence.color_space;
+    if (!options.output.empty())
+        folders.require(options.output, uintmax_t{3} * sizeof(float) * shown.width * shown.height);
+    fmt::print("{}: {} at {}x{}, to {}x{}\n", options.name, options.settings.wish.model, render.width, render.height,
+               shown.width, shown.height);
+    std::fflush(stdout);
+    const FrameOutput output{.folder = options.output,
+                             .extension = color_space == ColorSpace::linear ? ".exr" : ".png",
+                             .color_space = color_space,
+                             .views = {},
+                             .view_size = {},
+                             .measure = false,
+                             .interpolated = false,
+                             .png_compression = options.png_compression};
+    Trace trace;
+    upscale_frames(
+        source, [&](SourceFrame& frame) { return serving.choose(frame); }, nullptr, output,
+        frames_under_way(first, output), trace, [](const FrameResult&) {});
+}
+
+void serve(const ServeOptions& options) {
+    SharedSource source(options.name, options.goes_on);
+    Serving serving(options.name, source, options.settings);
+    OutputFolders folders;
+    if (!options.output.empty()) folders.require(options.output);
+    const Interrupt interrupt;
+    const ControlServer control(options.name,
+                                [&](const nlohmann::json& changes, const ControlServer::Progress& progress) {
+                                    if (!changes.empty()) serving.change(changes, progress);
+                                    return serving.state();
+                                });
+    try {
+        tell_waiting(options.name);
+        if (source.connect()) upscale(options, source, serving, folders);
+    } catch (const std::exception& error) {
+        source.refuse(error.what());
+        throw;
+    }
+    const SharedSource::Figures figures = source.figures();
+    fmt::print("{} frames, {} skipped; {:.2f} ms a frame, {:.1f} a second\n", figures.frames, figures.skipped,
+               figures.milliseconds, figures.frames_per_second);
+}
+
+}  // namespace
+
+void add_serve_command(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand("serve", "Upscale the frames that a renderer shares, as they come");
+    const auto options = std::make_shared<ServeOptions>();
+    ModelWish& wish = options->settings.wish;
+    UpscalerOptions& settings = options->settings.upscaler;
+    command.add_option("NAME", options->name, "Of the renderer's stream, which may come later")->required();
+    command.add_option("--model", wish.model, "A shipped model's or filter's name (clarus models), or a file")
+        ->required();
+    command
+        .add_option("-o,--output", options->output,
+                    "Folder for the images, named by the renderer's numbers of frames; those of the same name are "
+                    "replaced. Without, nothing is written")
+        ->type_name("DIR");
+    command
+        .add_option("--device", options->settings.device,
+                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
+        ->type_name("SEL");
+    command.add_option("--scale", wish.scale, "In place of the renderer's, for models of any scale (clarus models)")
+        ->type_name("S");
+    command
+        .add_option_function<std::string>(
+            "--output-size", [&wish](const std::string& text) { wish.output_size = parse_output_size(text); },
+            "What the model makes is resampled to it, to a quarter to four times along each axis")
+        ->type_name("WxH");
+    add_pipeline_options(command, settings.pipeline_options);
+    add_choice<Precision, Precision>(
+        command, "--precision", settings.precision,
+        {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
+        "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
+    command
+        .add_option("--sharpen", settings.sharpen,
+                    "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")
+        ->type_name("BETA")
+        ->expected(0, 1)
+        ->default_str("0.15");
+    command.add_option("--png-compression", options->png_compression, "Of PNG files, from 0, none, to 9")
+        ->type_name("LEVEL")
+        ->check(CLI::Range(0, 9))
+        ->capture_default_str();
+    command.add_flag("--keep", options->goes_on,
+                     "When the renderer closes its stream, wait for the next; without, that ends the command. One that "
+                     "dies is waited for in any case");
+    command.footer(
+        "Ctrl-C ends it. `clarus control NAME` tells how it goes, and changes the model while it runs.\n"
+        "Examples:\n"
+        "  clarus serve game --model enss-m-x2 --output upscaled\n"
+        "  clarus play sequence --share game --frame-rate 30      in another terminal\n"
+        "  clarus control game model=fsr2                         in a third");
+    command.callback([options] { serve(*options); });
+}
+
+}  // namespace clarus::cli

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "cli/shared_frames.h"
+
+namespace clarus::cli {
+
+/// The options of every command that shares frames; returns `--share`.
+inline CLI::Option* add_share_options(CLI::App& command, ShareOptions& options) {
+    CLI::Option* share = command
+                             .add_option("--share", options.name,
+                                         "Share the frames as a stream of this name, by which `clarus serve` finds it")
+                             ->type_name("NAME");
+    command
+        .add_option("--frame-rate", options.frame_rate,
+                    "Share so many frames a second, where they are taken as fast; without, as fast as they are")
+        ->type_name("N")
+        ->check(CLI::PositiveNumber);
+    command.add_flag("--newest", options.newest,
+                     "Do not wait for the upscaler: it gets the newest frame. Without, it gets every one");
+    command.add_option("--slots", options.slots, "How many frames the stream has room for, 2 to 8")
+        ->type_name("N")
+        ->capture_default_str();
+    return share;
+}
+
+}  // namespace clarus::cli

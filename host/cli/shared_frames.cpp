@@ -1,0 +1,135 @@
+#include "cli/shared_frames.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "base/log.h"
+#include "cli/interrupt.h"
+#include "cli/share_error.h"
+
+namespace clarus::cli {
+namespace {
+
+constexpr int kLookMilliseconds = 100;  // how long an interrupt may take to be seen
+
+clarus_share_description describe(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
+                                  const ShareOptions& options) {
+    clarus_share_description description = clarus_share_default_description();
+    const auto resource = [&](int channels) {
+        return clarus_share_resource{
+            {CLARUS_F32, channels}, sequence.render_size.width, sequence.render_size.height, 0};
+    };
+    description.resources[CLARUS_SHARE_COLOR] = resource(3);
+    if (has_depth) description.resources[CLARUS_SHARE_DEPTH] = resource(1);
+    if (has_motion) description.resources[CLARUS_SHARE_MOTION] = resource(2);
+    description.slots = options.slots;
+    description.policy = options.newest ? CLARUS_SHARE_NEWEST_FRAME : CLARUS_SHARE_EVERY_FRAME;
+    description.linear_color = sequence.color_space == ColorSpace::linear;
+    description.depth_projective = sequence.depth.projective;
+    description.depth_reversed = sequence.depth.reversed;
+    const MotionEncoding motion = sequence.motion_encoding();
+    description.motion_scale_x = motion.scale.x;
+    description.motion_scale_y = motion.scale.y;
+    description.motion_jittered = motion.jittered;
+    description.motion_sampled_at_jitter = motion.sampled_at_jitter;
+    description.scale = static_cast<float>(sequence.scale);
+    if (sequence.shown_size) {
+        description.output_width = sequence.shown_size->width;
+        description.output_height = sequence.shown_size->height;
+    }
+    description.dynamic_resolution = is_dynamic;
+    return description;
+}
+
+clarus_share_stream* open_stream(const std::string& name, const clarus_share_description& description) {
+    clarus_share_stream* stream = nullptr;
+    check_share(clarus_share_open(name.c_str(), &description, &stream));
+    return stream;
+}
+
+io::Sequence without_frames(io::Sequence sequence) {
+    sequence.frames.clear();
+    return sequence;
+}
+
+void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::FrameFiles& files) {
+    const Size size = sequence.render_size_of(files);
+    frame.width = size.width;
+    frame.height = size.height;
+    frame.jitter_x = files.jitter.x;
+    frame.jitter_y = files.jitter.y;
+    frame.exposure = files.exposure;
+    frame.near_plane = files.near_plane;
+    frame.far_plane = files.far_plane;
+    frame.reset = files.reset;
+    frame.frame_seconds = static_cast<float>(1 / sequence.frame_rate);
+    const Vec2 motion_scale = sequence.motion_scale(files);
+    frame.motion_scale_x = motion_scale.x;
+    frame.motion_scale_y = motion_scale.y;
+    if (!files.camera) return;
+    frame.has_matrices = 1;
+    frame.fov_y = files.camera->fov_y;
+    std::ranges::copy(files.camera->view, frame.view);
+    std::ranges::copy(files.camera->projection, frame.projection);
+}
+
+void copy(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& pixels) {
+    if (frame.images[kind].pixels) check_share(clarus_share_copy(&frame, kind, pixels.values.data(), 0));
+}
+
+}  // namespace
+
+SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
+                           ShareOptions options)
+    : sequence_(without_frames(sequence)),
+      options_(std::move(options)),
+      stream_(open_stream(options_.name, describe(sequence, has_depth, has_motion, is_dynamic, options_)),
+              clarus_share_close),
+      number_(options_.first_number) {}
+
+bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {
+    clarus_share_frame frame;
+    for (;;) {
+        if (Interrupt::came()) return false;
+        const clarus_share_status status = clarus_share_begin(stream_.get(), kLookMilliseconds, &frame);
+        tell_message();
+        if (status == CLARUS_SHARE_OK) break;
+        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
+    }
+    wait_for_turn();
+    fill_in(frame, sequence_, files);
+    frame.number = number_++;
+    copy(frame, CLARUS_SHARE_COLOR, pixels.color);
+    copy(frame, CLARUS_SHARE_DEPTH, pixels.depth);
+    copy(frame, CLARUS_SHARE_MOTION, pixels.motion);
+    check_share(clarus_share_end(stream_.get(), &frame));
+    return true;
+}
+
+void SharedFrames::finish() {
+    while (!Interrupt::came()) {
+        const clarus_share_status status = clarus_share_drain(stream_.get(), kLookMilliseconds);
+        tell_message();
+        if (status == CLARUS_SHARE_OK) return;
+        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
+    }
+}
+
+// Frames that are late do not make those that follow come sooner.
+void SharedFrames::wait_for_turn() {
+    if (options_.frame_rate == 0) return;
+    std::this_thread::sleep_until(turn_);
+    const auto frame =
+        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1) / options_.frame_rate);
+    turn_ = std::max(turn_, Clock::now() - frame) + frame;
+}
+
+// An upscaler that cannot take the frames says so.
+void SharedFrames::tell_message() {
+    const std::string message = state().message;
+    if (!message.empty() && message != told_) log(LogLevel::warning, "the upscaler left: {}", message);
+    told_ = message;
+}
+
+}  // namespace clarus::cli

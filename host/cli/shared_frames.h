@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "clarus/share.h"
+#include "io/frames.h"
+#include "io/sequence.h"
+
+namespace clarus::cli {
+
+/// What a stream is asked to be, beside what the frames are.
+struct ShareOptions {
+    std::string name;
+    double frame_rate = 0;  // 0: as fast as frames are taken
+    bool newest = false;    // do not wait for the upscaler
+    int slots = 3;
+    uint64_t first_number = 0;  // the first frame's
+};
+
+/// Shares frames with `clarus serve`, as a renderer does (clarus/share.h). Waits end where Interrupt comes.
+class SharedFrames {
+  public:
+    /// `sequence`: sizes, scale and conventions. Of the images, all frames have colour. Errors: invalid_argument, file.
+    SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic, ShareOptions options);
+
+    /// The next frame: its images as files of the sequence would hold them. False where Interrupt came instead.
+    bool share(const io::FrameFiles& frame, const io::FramePixels& pixels);
+    /// Waits until the upscaler is done with all of them.
+    void finish();
+
+    clarus_share_state state() const { return clarus_share_stream_state(stream_.get()); }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+
+    void wait_for_turn();
+    void tell_message();
+
+    io::Sequence sequence_;  // without frames
+    ShareOptions options_;
+    std::unique_ptr<clarus_share_stream, void (*)(clarus_share_stream*)> stream_;
+    uint64_t number_;
+    Clock::time_point turn_ = Clock::now();
+    std::string told_;
+};
+
+}  // namespace clarus::cli

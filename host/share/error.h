@@ -1,0 +1,10 @@
+#ifndef CLARUS_SHARE_ERROR_H
+#define CLARUS_SHARE_ERROR_H
+
+#include "clarus/share.h"
+
+/* Keeps the text for clarus_share_last_error() and returns `status`. */
+clarus_share_status share_fail(clarus_share_status status, const char* format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+#endif

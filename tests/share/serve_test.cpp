@@ -1,0 +1,347 @@
+#include <fcntl.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "child_process.h"
+#include "io/file.h"
+#include "io/frames.h"
+#include "io/sequence.h"
+#include "noise_sequence.h"
+#include "share_harness.h"
+#include "test_device.h"
+
+// `clarus serve`, `play` and `control` as processes.
+
+using namespace clarus;
+using namespace clarus::test;
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr Size render_size{24, 16};
+const std::string network = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
+
+/// A program with its output in files.
+class Program {
+  public:
+    Program(const std::string& file, const std::vector<std::string>& arguments)
+        : process_([&] { return run(file, arguments); }) {}
+
+    std::string out() const { return io::read_file(folder_ / "out"); }
+    std::string errors() const { return io::read_file(folder_ / "err"); }
+    int result() {
+        const int code = process_.result();
+        INFO(errors());
+        CHECK(code >= 0);
+        return code;
+    }
+    void kill() { process_.kill(); }
+    void interrupt() const { process_.signal(SIGINT); }
+
+  private:
+    int run(const std::string& file, const std::vector<std::string>& arguments) const {
+        const auto redirect = [&](const char* name, int descriptor) {
+            dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
+        };
+        redirect("out", STDOUT_FILENO);
+        redirect("err", STDERR_FILENO);
+        std::vector<char*> words{const_cast<char*>(file.c_str())};
+        for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+        words.push_back(nullptr);
+        execv(file.c_str(), words.data());
+        return 127;
+    }
+
+    TemporaryFolder folder_;
+    ChildProcess process_;
+};
+
+class Workplace {
+  public:
+    explicit Workplace(int frames) { write_noise_sequence(sequence(), render_size, frames); }
+
+    std::string sequence() const { return (folder_ / "sequence").string(); }
+    fs::path operator/(const fs::path& name) const { return folder_ / name; }
+    RuntimeFolder runtime;
+
+    std::unique_ptr<Program> serve(const std::string& model, const std::string& output,
+                                   std::vector<std::string> more = {}) const {
+        more.insert(more.begin(), {"serve", "game", "--model", model, "--device", test_selector(), "--output",
+                                   (folder_ / output).string()});
+        return std::make_unique<Program>(CLARUS_TOOL, more);
+    }
+    std::unique_ptr<Program> play(std::vector<std::string> more = {}) const {
+        more.insert(more.begin(), {"play", sequence(), "--share", "game"});
+        return std::make_unique<Program>(CLARUS_TOOL, more);
+    }
+    void upscale(const std::string& model, const std::string& output, std::vector<std::string> more = {}) const {
+        more.insert(more.begin(), {"upscale", sequence(), "--model", model, "--device", test_selector(), "--output",
+                                   (folder_ / output).string()});
+        Program program(CLARUS_TOOL, more);
+        REQUIRE(program.result() == 0);
+    }
+    std::string bytes(const fs::path& file) const { return io::read_file(folder_ / file); }
+    std::set<std::string> files(const std::string& folder) const {
+        std::set<std::string> names;
+        if (exists(folder_ / folder))
+            for (const auto& entry : fs::directory_iterator(folder_ / folder)) names.insert(entry.path().filename());
+        return names;
+    }
+    json description() const { return json::parse(io::read_file(folder_ / "sequence/sequence.json")); }
+    void describe(const json& description) const {
+        std::ofstream(folder_ / "sequence/sequence.json") << description.dump();
+    }
+
+  private:
+    TemporaryFolder folder_;
+};
+
+struct Outcome {
+    int code;
+    std::string out, errors;
+};
+Outcome control(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"control"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    Program program(CLARUS_TOOL, all);
+    const int code = program.result();
+    return {code, program.out(), program.errors()};
+}
+json state() { return json::parse(control({"game", "--json"}).out); }
+
+/// Until it holds, for a minute.
+template <typename Condition>
+bool comes_true(Condition condition) {
+    for (int i = 0; i < 3000; ++i) {
+        if (condition()) return true;
+        std::this_thread::sleep_for(20ms);
+    }
+    return false;
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+void check_same_files(const Workplace& place, const std::string& one, const std::string& other, size_t count) {
+    CHECK(place.files(one).size() == count);
+    REQUIRE(place.files(one) == place.files(other));
+    for (const std::string& name : place.files(one))
+        CHECK_MESSAGE(place.bytes(one + "/" + name) == place.bytes(other + "/" + name), name);
+}
+
+}  // namespace
+
+TEST_CASE("what is served is the same bytes as what is upscaled from files") {
+    const Workplace place(5);
+    for (const std::string& model : {network, std::string("bilinear")}) {
+        place.upscale(model, "upscaled");
+        for (const bool serves_first : {true, false}) {
+            fs::remove_all(place / "served");
+            std::unique_ptr<Program> server, player;
+            if (serves_first) server = place.serve(model, "served");
+            player = place.play();
+            if (!serves_first) server = place.serve(model, "served");
+            CHECK(player->result() == 0);
+            CHECK(server->result() == 0);
+            CHECK(contains(player->out(), "5 frames shared, 5 upscaled"));
+            CHECK(contains(server->out(), "5 frames, 0 skipped"));
+            check_same_files(place, "upscaled", "served", 5);
+            CHECK(place.runtime.is_empty());
+        }
+    }
+}
+
+TEST_CASE("linear HDR, a resolution that changes, and a part of a sequence are served as they are upscaled") {
+    const Workplace place(4);
+    write_noise_sequence(place / "sequence", render_size, 4, ColorSpace::linear);
+    json description = place.description();
+    json& frame = description["frames"][2];
+    frame["render_size"] = {18, 12};
+    for (const auto& [key, channels] : {std::pair("color", 3), std::pair("depth", 1), std::pair("motion", 2)})
+        io::write_image(place / "sequence" / frame[key].get<std::string>(), noise({18, 12}, channels, 0, 1, 1),
+                        io::SampleType::f32);
+    place.describe(description);
+    place.upscale(network, "upscaled", {"--frames", "1:"});
+    const auto server = place.serve(network, "served");
+    CHECK(place.play({"--frames", "1:", "--slots", "2"})->result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(place.files("served") == std::set<std::string>{"0001.exr", "0002.exr", "0003.exr"});
+    check_same_files(place, "upscaled", "served", 3);
+}
+
+TEST_CASE("the model changes between two frames, and none is lost") {
+    const Workplace place(24);
+    place.upscale(network, "by network");
+    place.upscale("nearest", "by nearest", {"--scale", "3"});
+    const auto server = place.serve(network, "served");
+    const auto player = place.play({"--frame-rate", "10"});
+    REQUIRE(comes_true([&] { return place.files("served").size() >= 3; }));
+    CHECK(state()["model"] == "enss_x2_table.model");
+    const Outcome changed = control({"game", "model=nearest", "output-size=72x48"});
+    CHECK_MESSAGE(changed.code == 0, changed.errors);
+    CHECK(contains(changed.out, "model nearest, scale 3: 24x16 to 72x48"));
+    REQUIRE(comes_true([&] { return state()["changes"] == 1; }));
+    CHECK(player->result() == 0);
+    CHECK(server->result() == 0);
+
+    int by_network = 0, by_nearest = 0;
+    for (int i = 0; i < 24; ++i) {
+        const std::string name = fmt::format("{:04}.png", i), served = place.bytes("served/" + name);
+        const bool is_nearest = served == place.bytes("by nearest/" + name);
+        CAPTURE(i);
+        CHECK((is_nearest || (by_nearest == 0 && served == place.bytes("by network/" + name))));
+        ++(is_nearest ? by_nearest : by_network);
+    }
+    CHECK(by_network >= 3);
+    CHECK(by_nearest >= 3);
+}
+
+TEST_CASE("what control cannot change stays as it is") {
+    const Workplace place(4);
+    const auto server = place.serve("bilinear", "served");
+    REQUIRE(comes_true([&] { return fs::exists(place.runtime / "game.control"); }));
+    CHECK(contains(control({"game", "model=nearest"}).errors, "no renderer shares game yet"));
+    CHECK(contains(control({"game"}).out, "waiting for a renderer"));
+    const auto player = place.play({"--loop", "--frame-rate", "50"});
+    REQUIRE(comes_true([&] { return state()["frames"] > 2; }));
+    const auto refused = [](const std::string& change, const std::string& words, int code = 1) {
+        const Outcome outcome = control({"game", change});
+        CHECK(outcome.code == code);
+        CHECK_MESSAGE(contains(outcome.errors, words), outcome.errors);
+    };
+    refused("model=no-such-model", "no-such-model");
+    refused("scale=two", "scale=two: it is as in scale=2, or auto");
+    refused("output-size=1x", "output-size=1x");
+    refused("output-size=20000x20000", "more than a kernel can count");
+    refused("colour=blue", "there is no colour to change");
+    refused("model=" CLARUS_GOLDEN_DIR "/enss_x3_table.model.safetensors", "upscales by 3, but the stream game");
+    refused("model", "is not of the form model=NAME", 2);
+    CHECK(state()["model"] == "bilinear");
+    CHECK(state()["changes"] == 0);
+    player->interrupt();
+    CHECK(player->result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(contains(control({"game"}).errors, "nobody serves game"));
+    CHECK(place.runtime.is_empty());
+}
+
+TEST_CASE("a stream without what the model needs is refused, and its renderer told") {
+    const Workplace place(4);
+    json description = place.description();
+    for (json& frame : description["frames"]) frame.erase("motion");
+    place.describe(description);
+    const auto server = place.serve(network, "served");
+    const auto player = place.play();
+    CHECK(server->result() == 1);
+    const std::string words = "model enss_x2_table.model needs motion, which the stream game does not have";
+    CHECK_MESSAGE(contains(server->errors(), words), server->errors());
+    CHECK(place.files("served").empty());
+    REQUIRE(comes_true([&] { return contains(player->errors(), "the upscaler left: " + words); }));
+    const auto filter = place.serve("bilinear", "served");  // which needs none
+    CHECK(filter->result() == 0);
+    CHECK(player->result() == 0);
+    CHECK(place.files("served").size() == 4);
+}
+
+TEST_CASE("an upscaler that is killed and comes back misses no frame") {
+    const Workplace place(20);
+    auto server = place.serve("bilinear", "served");
+    const auto player = place.play({"--frame-rate", "20"});
+    REQUIRE(comes_true([&] { return place.files("served").size() >= 4; }));
+    server->kill();
+    server = place.serve("bilinear", "served");
+    CHECK(player->result() == 0);
+    CHECK(server->result() == 0);
+    place.upscale("bilinear", "upscaled");
+    check_same_files(place, "upscaled", "served", 20);
+    CHECK(place.runtime.is_empty());
+}
+
+TEST_CASE("a renderer that is killed and comes back goes on, with a reset") {
+    const Workplace place(6);
+    const auto server = place.serve(network, "served");
+    auto player = place.play({"--loop", "--frame-rate", "20"});
+    REQUIRE(comes_true([&] { return state()["frames"] > 8; }));
+    player->kill();
+    REQUIRE(comes_true([] { return state()["connected"] == false; }));
+    player = place.play();
+    CHECK(player->result() == 0);
+    CHECK(server->result() == 0);
+    place.upscale(network, "upscaled");
+    for (const std::string& name : place.files("upscaled"))  // as if nothing had been before
+        CHECK(place.bytes("upscaled/" + name) == place.bytes("served/" + name));
+}
+
+TEST_CASE("a name that is served, or shared, is in use") {
+    const Workplace place(4);
+    const auto server = place.serve("bilinear", "served"), player = place.play({"--loop", "--frame-rate", "20"});
+    REQUIRE(comes_true([&] { return place.files("served").size() >= 4; }));
+    const auto other_server = place.serve("bilinear", "other"), other_player = place.play();
+    CHECK(other_server->result() == 1);
+    CHECK(contains(other_server->errors(), "the name game is in use by another process"));
+    CHECK(other_player->result() == 1);
+    CHECK(contains(other_player->errors(), "the name game is in use by another process"));
+    server->interrupt();
+    CHECK(server->result() == 0);
+    player->interrupt();
+    CHECK(player->result() == 0);
+    CHECK(place.runtime.is_empty());
+    Program wrong(CLARUS_TOOL, {"serve", "a/b", "--model", "bilinear"});
+    CHECK(wrong.result() == 1);
+    CHECK(contains(wrong.errors(), "the stream name \"a/b\""));
+}
+
+TEST_CASE("a renderer in C is served") {
+    const Workplace place(1);
+    const auto server = place.serve("bilinear", "served");
+    Program renderer(CLARUS_TINY_RENDERER, {"game", "5"});
+    CHECK(renderer.result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(place.files("served").size() == 5);
+    CHECK(io::read_image_header(place / "served/0004.png").size == Size{640, 360});
+    CHECK(io::read_image(place / "served/0004.png").at(320, 180, 1) == doctest::Approx(0.5).epsilon(0.01));
+}
+
+TEST_CASE("what the sample renderer shares is what it writes") {
+    const Workplace place(1);
+    const auto render = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"render", "--scene", "demo", "--size", "48x32", "--hdr", "--frames", "3",
+                                             "--no-reference", "--depth", "projective", "--motion-jittered"});
+        return std::make_unique<Program>(CLARUS_TOOL, arguments);
+    };
+    fs::remove_all(place / "sequence");
+    CHECK(render({"-o", place.sequence()})->result() == 0);
+    const io::Sequence sequence = io::read_sequence(place.sequence());
+    const auto renderer = render({"--share", "game"});
+    const SharedReader reader = open_reader("game");
+    REQUIRE(clarus_share_reader_connect(reader.get(), 60000) == CLARUS_SHARE_OK);
+    const clarus_share_description& description = *clarus_share_reader_description(reader.get());
+    CHECK(description.linear_color == 1);
+    CHECK(description.depth_projective == 1);
+    CHECK(description.motion_jittered == 1);
+    for (size_t i = 0; i < 3; ++i) {
+        clarus_share_frame frame;
+        REQUIRE(clarus_share_reader_wait(reader.get(), 60000, &frame) == CLARUS_SHARE_OK);
+        CHECK(frame.number == i);
+        CHECK(frame.jitter_x == doctest::Approx(sequence.frames[i].jitter.x));
+        CHECK(frame.far_plane == sequence.frames[i].far_plane);
+        const io::FramePixels written = io::read_frame(sequence, i, true, false);
+        const auto check = [&](clarus_share_kind kind, const io::Pixels& pixels, double tolerance) {
+            const auto* shared = static_cast<const float*>(frame.images[kind].pixels);
+            for (size_t k = 0; k < pixels.values.size(); ++k)
+                CHECK(shared[k] == doctest::Approx(pixels.values[k]).epsilon(tolerance));
+        };
+        check(CLARUS_SHARE_COLOR, written.color, 1e-3);  // which the file has in half
+        check(CLARUS_SHARE_DEPTH, written.depth, 1e-6);
+        check(CLARUS_SHARE_MOTION, written.motion, 1e-6);
+        CHECK(clarus_share_reader_release(reader.get()) == CLARUS_SHARE_OK);
+    }
+    CHECK(renderer->result() == 0);
+    CHECK(render({})->result() == 2);
+}
