@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/frame_description.h"
 #include "cli/progress.h"
 #include "cli/view_picture.h"
 #include "io/frames.h"
@@ -47,10 +48,6 @@ size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
         image(upscaler.output_size(), 3) * (1 + output.interpolated) + image(output.view_size, 3) * output.views.size();
     const size_t cores = std::max(1u, std::thread::hardware_concurrency());
     return std::clamp<size_t>(memory / (2 * input + results), 2, cores + 1);
-}
-
-Image image(io::Pixels& pixels) {
-    return pixels.values.empty() ? Image{} : Image{.host = pixels.values.data(), .size = pixels.size};
 }
 
 class FrameLoop {
@@ -112,21 +109,12 @@ class FrameLoop {
         result.values.resize(static_cast<size_t>(result.size.width) * result.size.height * result.channels);
     }
 
-    FrameDescription description(Slot& slot) const {
-        FrameDescription frame;
-        static_cast<FrameParameters&>(frame) = *slot.files;
-        frame.render_size = sequence_.render_size_of(*slot.files);
-        frame.motion_scale = sequence_.motion_scale(*slot.files);
-        frame.color = image(slot.input.color);
-        frame.depth = image(slot.input.depth);
-        frame.motion = image(slot.input.motion);
-        return frame;
-    }
+    FrameDescription description(Slot& slot) const { return describe_frame(sequence_, *slot.files, slot.input); }
 
     void submit(Slot& slot) {
         const Trace::Span span(trace_, Trace::Track::main, "submit", slot.files->name);
         FrameDescription frame = description(slot);
-        frame.output = image(slot.output);
+        frame.output = image_of(slot.output);
         slot.event = upscaler_.submit(frame);
         for (const std::string& name : output_.views)
             slot.views[name] = view_picture(upscaler_.view(name), output_.view_size);
@@ -147,8 +135,8 @@ class FrameLoop {
     void interpolate(Slot& slot) {
         const Trace::Span span(trace_, Trace::Track::main, "interpolate", slot.files->name);
         FrameDescription frame = description(slot);
-        frame.color = image(slot.output);
-        frame.output = image(slot.before);
+        frame.color = image_of(slot.output);
+        frame.output = image_of(slot.before);
         interpolator_->submit(frame).wait();
     }
 

@@ -140,8 +140,8 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& op
                                 const std::function<Selection(const Problem&)>& select,
                                 const std::vector<BandChoice>& bands) {
     auto plan = std::make_unique<Plan>();
-    const graph::Graph fused =
-        graph::fuse_pointwise(graph::fuse_convolution_inputs(graph::remove_unused(graph, options.views)));
+    const graph::Graph fused = graph::fuse_pointwise(
+        graph::fuse_convolution_inputs(graph::hand_on_bytes(graph::remove_unused(graph, options.views))));
     plan->layout = lay_out(fused, storage_for(options.precision, profile));
     const auto [banded, band_choices] = plan_bands(plan->layout, options.band_rows, profile, bands);
     plan->band_choices = band_choices;
