@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "convolution_harness.h"
 #include "test_device.h"
@@ -113,7 +114,8 @@ Planes random_numbers(graph::Shape shape, std::mt19937& random) {
     return planes(shape, [&](int, int, int) { return static_cast<float>(number(random)); });
 }
 
-void check(const Case& test) {
+/// Of every implementation that can run it, by all its choices or the first.
+void check(const Case& test, bool all_choices = false) {
     CAPTURE(test.in_channels);
     CAPTURE(test.out_channels);
     CAPTURE(test.kernel);
@@ -127,11 +129,20 @@ void check(const Case& test) {
     const Planes image =
         test.reads_bytes ? random_numbers(shape, random) : rounded(random_planes(shape, random, -3, 6), test.images);
     const Planes read = test.reads_bytes ? image : numbers(image, test.input);
+    const DeviceProfile profile = test_device().profile();
     check_together([&] {
         for (int set = 0; set < kSets; ++set) {
             Planes result = expected(read, test, parameters, set);
             if (!test.makes_bytes) result = rounded(result, test.images);
-            check_operator(problem, {image}, {}, result, 0, set);
+            for (const runtime::Implementation& implementation : runtime::quantized_convolution_implementations()) {
+                if (implementation.preference(problem, profile) == 0) continue;
+                CAPTURE(implementation.name);
+                std::vector<runtime::Choices> choices = implementation.choices(problem, profile);
+                if (!all_choices) choices.resize(1);
+                for (const runtime::Choices& choice : choices)
+                    check_result(problem, implementation, choice, {image}, {}, set,
+                                 [=](const Planes& made) { check_close(made, result, 0); });
+            }
         }
     });
 }
@@ -145,56 +156,69 @@ Case with(Case test, bool reads_bytes, bool makes_bytes) {
 }  // namespace
 
 TEST_CASE("convolutions in whole numbers are those of the definition, number for number") {
-    for (const bool reads_bytes : {false, true}) {
-        for (const bool makes_bytes : {false, true}) {
-            check(with({22, 16, {37, 21}}, reads_bytes, makes_bytes));
-            check(with({3, 20, {19, 6}}, reads_bytes, makes_bytes));
-        }
-    }
-    check({16, 16, {61, 11}});
-    check({32, 45, {17, 9}});
-    check({64, 80, {13, 5}});
-    check({5, 33, {13, 9}, true, true, graph::Activation::none});
-    check({16, 20, {37, 9}, true, false, graph::Activation::none});
+    check_together([] {
+        for (const bool reads_bytes : {false, true})
+            for (const bool makes_bytes : {false, true}) check(with({22, 20, {37, 9}}, reads_bytes, makes_bytes));
+        check({16, 16, {61, 11}}, true);
+        check({16, 8, {61, 6}, true, false, graph::Activation::none}, true);
+        check({32, 45, {29, 5}}, true);
+        check({5, 3, {13, 9}, true, true, graph::Activation::none});
+        check({64, 37, {13, 5}});
+    });
 }
 
 TEST_CASE("convolutions in whole numbers with kernels of other sizes, groups and strides") {
-    for (const int kernel : {1, 5, 7}) {
-        Case test{18, 16, {19, 7}};
-        test.kernel = kernel;
-        test.largest_weight = 40;
-        check(test);
-        check(with(test, false, false));
-    }
-    Case strides{6, 9, {23, 14}};
-    strides.stride = 2;
-    check(strides);
-    check(with(strides, false, false));
-    strides.groups = 3;
-    check(strides);
+    check_together([] {
+        for (const int kernel : {1, 5}) {
+            Case test{18, 16, {19, 7}};
+            test.kernel = kernel;
+            test.largest_weight = 40;
+            check(with(test, kernel == 5, true));
+        }
+        Case strides{6, 9, {23, 14}};
+        strides.stride = 2;
+        check(with(strides, false, false));
+        strides.groups = 3;
+        check(strides);
+    });
 }
 
 TEST_CASE("convolutions in whole numbers between views, and of images in half") {
-    Case test{12, 20, {37, 9}};
-    test.views = true;
-    check(test);
-    check(with(test, false, false));
-    test.images = Storage::f16;
-    check(with(test, false, false));
-    check(with(test, false, true));
+    check_together([] {
+        Case test{12, 20, {37, 9}};
+        test.views = true;
+        check(test);
+        test.images = Storage::f16;
+        check(with(test, false, false));
+        check(with(test, false, true));
+    });
+}
+
+TEST_CASE("sums that floats cannot count to are left to other kernels") {
+    const Case test{64, 16, {19, 5}};
+    std::mt19937 random(5);
+    graph::Parameters parameters = random_weights(test, random, 1);
+    for (std::int8_t& weight : parameters.quantized->weights) weight = 127;
+    const runtime::Problem problem = problem_of(test, parameters);
+    const Planes image = planes({64, 5, 19}, [](int, int, int) { return 255; });
+    const Planes result = expected(image, test, parameters, 0);
+    for (const runtime::Implementation& implementation : runtime::quantized_convolution_implementations())
+        if (implementation.name == "int8 in float")
+            CHECK(implementation.preference(problem, test_device().profile()) == 0);
+    check_operator(problem, {image}, {}, result, 0);
 }
 
 TEST_CASE("numbers saturate, and zero points lie at both ends") {
-    for (const int zero_point : {0, 255}) {
-        for (const auto activation : {graph::Activation::none, graph::Activation::relu}) {
+    check_together([] {
+        for (const int zero_point : {0, 255}) {
             Case test{8, 18, {19, 5}};
-            test.activation = activation;
+            test.activation = zero_point == 0 ? graph::Activation::none : graph::Activation::relu;
             test.input.zero_point = zero_point;
             test.result = {0.01f, 255 - zero_point};  // far less than the sums need
             check(test);
             check(with(test, false, true));
         }
-    }
+    });
 }
 
 TEST_SUITE("small") {

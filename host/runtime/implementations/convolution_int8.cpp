@@ -17,6 +17,7 @@ using graph::QuantizedWeights;
 
 constexpr int kBlock = 16;       // output channels that are computed as one vector
 constexpr int kHead = 16;        // numbers before those of output channels
+constexpr int kQuad = 4;         // output channels, where there are no more
 constexpr int kBytesAtOnce = 4;  // input channels that VNNI multiplies in a step
 
 int padded_channels(const Parameters& parameters) { return round_up(parameters.out_channels, kBlock); }
@@ -115,38 +116,65 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
 
 // --- register tiles
 
-/// `at_once` input channels of sixteen output channels one after another, as [group][tap][channels][16 · blocks]. Calls
-/// put(index into all of them, weight).
-template <typename Put>
-void visit_tiles(const Parameters& parameters, int group, int at_once, int set, Put&& put) {
-    const int steps = ceil_divide(parameters.in_channels, at_once), blocks = padded_channels(parameters) / kBlock;
-    const std::int8_t* weight = weights_of(parameters, set);
-    for (int out = 0; out < parameters.out_channels; ++out) {
-        const int first = out / kBlock / group * group, width = kBlock * std::min(group, blocks - first);
-        for (int in = 0; in < parameters.in_channels; ++in) {
-            for (int tap = 0; tap < parameters.taps(); ++tap, ++weight) {
-                const size_t vector = size_t(first) * kBlock * parameters.taps() * steps +
-                                      size_t(tap * steps + in / at_once) * width + out - first * kBlock;
-                put(vector * at_once + in % at_once, *weight);
-            }
-        }
+/// What of a layer's output channels is computed in blocks, and what by VNNI in vectors of sixteen input channels.
+struct Tiles {
+    Tiles(const Parameters& parameters, const Choices& choices)
+        : vnni(choices.contains("VNNI")),
+          group(choices.at("GROUP")),
+          quads(vnni ? quads_of(parameters) : 0),
+          blocks(quads > 0 ? parameters.out_channels / kBlock : padded_channels(parameters) / kBlock),
+          taps(parameters.taps()),
+          steps(ceil_divide(parameters.in_channels, vnni ? kBytesAtOnce : 1)),
+          wide_steps(ceil_divide(parameters.in_channels, kBlock)) {}
+
+    static int quads_of(const Parameters& parameters) {
+        const int rest = parameters.out_channels % kBlock;
+        return rest <= kBlock / 2 ? ceil_divide(rest, kQuad) : 0;
     }
-}
+
+    size_t quads_begin() const { return size_t(blocks) * kBlock * taps * steps; }  // in numbers of four bytes
+    size_t size() const { return quads_begin() + size_t(quads) * kBlock * taps * wide_steps; }
+
+    /// Where a weight of an output channel in a block is, among all such; `at_once` of them follow each other.
+    size_t in_block(int out, int in, int tap) const {
+        const int first = out / kBlock / group * group, width = kBlock * std::min(group, blocks - first);
+        const int at_once = vnni ? kBytesAtOnce : 1;
+        const size_t vector =
+            size_t(first) * kBlock * taps * steps + size_t(tap * steps + in / at_once) * width + out - first * kBlock;
+        return vector * at_once + in % at_once;
+    }
+    /// Of one in a quad, in bytes.
+    size_t in_quad(int out, int in, int tap) const {
+        const int rest = out - blocks * kBlock;
+        const size_t vector = size_t(rest / kQuad * taps + tap) * wide_steps + in / kBlock;
+        return quads_begin() * kBytesAtOnce + (vector * kQuad + rest % kQuad) * kBlock + in % kBlock;
+    }
+
+    bool vnni;
+    int group, quads, blocks, taps, steps, wide_steps;
+};
 
 std::vector<std::int32_t> pack_tiles(const Convolution& convolution, const Parameters& parameters,
                                      const Choices& choices, int set) {
     std::vector<std::int32_t> packed = packed_head(convolution, parameters, set, graph::centred_bias);
     const size_t head = packed.size();
-    const bool vnni = choices.contains("VNNI");
-    const int at_once = vnni ? kBytesAtOnce : 1, group = choices.at("GROUP");
-    packed.resize(head + size_t(padded_channels(parameters)) * parameters.taps() *
-                             ceil_divide(parameters.in_channels, at_once));
-    visit_tiles(parameters, group, at_once, set, [&](size_t index, std::int8_t weight) {
-        if (vnni)
-            reinterpret_cast<std::int8_t*>(&packed[head])[index] = weight;
-        else
-            packed[head + index] = std::bit_cast<std::int32_t>(static_cast<float>(weight));
-    });
+    const Tiles tiles(parameters, choices);
+    packed.resize(head + tiles.size());
+    auto* bytes = reinterpret_cast<std::int8_t*>(&packed[head]);
+    const std::int8_t* weight = weights_of(parameters, set);
+    for (int out = 0; out < parameters.out_channels; ++out) {
+        for (int in = 0; in < parameters.in_channels; ++in) {
+            for (int tap = 0; tap < parameters.taps(); ++tap, ++weight) {
+                if (out >= tiles.blocks * kBlock)
+                    bytes[tiles.in_quad(out, in, tap)] = *weight;
+                else if (tiles.vnni)
+                    bytes[tiles.in_block(out, in, tap)] = *weight;
+                else
+                    packed[head + tiles.in_block(out, in, tap)] =
+                        std::bit_cast<std::int32_t>(static_cast<float>(*weight));
+            }
+        }
+    }
     return packed;
 }
 
@@ -171,10 +199,13 @@ std::vector<Choices> tile_choices(const Problem& problem, const DeviceProfile& p
         int pixels, group;
     };
     // 32 vector registers hold the sums, the weights and an input.
-    const bool one_block = padded_channels(*problem.parameters) == kBlock;
-    const std::vector<RegisterTile> tiles =
-        one_block ? std::vector<RegisterTile>{{16, 1}, {24, 1}} : std::vector<RegisterTile>{{12, 2}, {8, 3}};
-    const size_t channels = round_up(problem.parameters->in_channels, kBytesAtOnce);
+    const int blocks = padded_channels(*problem.parameters) / kBlock;
+    const bool one_block = blocks == 1 || (vnni && blocks == 2 && Tiles::quads_of(*problem.parameters) > 0);
+    const bool two_quads = vnni && Tiles::quads_of(*problem.parameters) > 1;
+    const std::vector<RegisterTile> tiles = !one_block  ? std::vector<RegisterTile>{{12, 2}, {8, 3}}
+                                            : two_quads ? std::vector<RegisterTile>{{12, 1}, {8, 1}}
+                                                        : std::vector<RegisterTile>{{24, 1}, {16, 1}};
+    const size_t channels = round_up(problem.parameters->in_channels, kBlock);
     const int margin = problem.parameters->kernel - 1;
     std::vector<Choices> result;
     for (const auto& [pixels_each, group] : tiles) {
@@ -210,6 +241,7 @@ Lowered lower_tiles(const Problem& problem, const Choices& choices) {
     const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
                                        static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS")))};
     Lowered lowered = lower(problem, choices, "convolution_int8", global);
+    lowered.call.options += fmt::format(" -DQUADS={}", Tiles(*problem.parameters, choices).quads);
     lowered.call.row_axis = 0;
     lowered.call.rows_an_item = choices.at("ROWS");
     lowered.packing = packing(problem, choices, pack_tiles);
