@@ -158,10 +158,10 @@ QuantizedFile quantized(const Model& model, const Layers& layers, const std::map
 }
 
 void print_layers(const Layers& layers, const std::map<std::string, LayerSamples>& samples, double percentile) {
-    fmt::print("{:<24} {:>10} {:>10} {:>11}\n", "layer", "reads from", "to", "in steps of");
+    fmt::print("{:<32} {:>10} {:>10} {:>11}\n", "layer", "reads from", "to", "in steps of");
     for (const auto& [name, parameters] : layers) {
         const graph::Quantization input = quantization_of(samples.at(name), percentile);
-        fmt::print("{:<24} {:>10.4f} {:>10.4f} {:>11.6f}\n", name, -input.scale * input.zero_point,
+        fmt::print("{:<32} {:>10.4f} {:>10.4f} {:>11.6f}\n", name, -input.scale * input.zero_point,
                    input.scale * (255 - input.zero_point), input.scale);
     }
 }

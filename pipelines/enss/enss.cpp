@@ -63,6 +63,7 @@ Widths read_widths(const io::Safetensors& model, int scale, bool checked) {
 /// A jitter-conditioned layer: the sets of its table, none where the model has only the predictor.
 Parameters conditioned_layer(const io::Safetensors& model, const std::string& name, int out, int in, int sets) {
     Parameters parameters{out, in, sets, true};
+    parameters.layer = name;
     if (sets == 0) return parameters;
     read_weights(model, name, parameters, true);
     if (parameters.quantized && has_any(model, "mlp."))
