@@ -36,6 +36,7 @@ struct QuantizeOptions {
 };
 
 constexpr double kTriedPercentiles[] = {100, 99.999, 99.99, 99.9};
+constexpr double kPercentilesOfLayers[] = {100, 99.999, 99.997, 99.99, 99.97, 99.9, 99.7, 99};
 constexpr Size kSmall{8, 8};  // of a graph that is looked at only
 
 using Layers = std::map<std::string, std::shared_ptr<const graph::Parameters>>;
@@ -147,23 +148,42 @@ class QuantizedFile {
     std::map<std::string, io::NewTensor> tensors_;
 };
 
-QuantizedFile quantized(const Model& model, const Layers& layers, const std::map<std::string, LayerSamples>& samples,
-                        double percentile) {
-    QuantizedFile file(model, layers);
-    for (const auto& [name, parameters] : layers) {
-        const LayerSamples& read = samples.at(name);
-        file.put(name, *parameters, quantized_weights(*parameters, read, quantization_of(read, percentile)));
+using Samples = std::map<std::string, LayerSamples>;
+/// Of what each layer reads.
+using Inputs = std::map<std::string, graph::Quantization>;
+
+/// One way to choose them, and what it is called.
+struct Candidate {
+    std::string name;
+    Inputs inputs;
+};
+
+std::vector<Candidate> candidates(const Samples& samples, const std::optional<double>& percentile) {
+    std::vector<double> percentiles(std::begin(kTriedPercentiles), std::end(kTriedPercentiles));
+    if (percentile) percentiles = {*percentile};
+    std::vector<Candidate> result;
+    for (const double percent : percentiles) {
+        Candidate& candidate = result.emplace_back(Candidate{fmt::format("{:g} % of samples", percent), {}});
+        for (const auto& [name, read] : samples) candidate.inputs[name] = quantization_of(read, percent);
     }
+    if (percentile) return result;
+    Candidate& closest = result.emplace_back(Candidate{"each layer's least error", {}});
+    for (const auto& [name, read] : samples) closest.inputs[name] = closest_quantization(read, kPercentilesOfLayers);
+    return result;
+}
+
+QuantizedFile quantized(const Model& model, const Layers& layers, const Samples& samples, const Inputs& inputs) {
+    QuantizedFile file(model, layers);
+    for (const auto& [name, parameters] : layers)
+        file.put(name, *parameters, quantized_weights(*parameters, samples.at(name), inputs.at(name)));
     return file;
 }
 
-void print_layers(const Layers& layers, const std::map<std::string, LayerSamples>& samples, double percentile) {
+void print_inputs(const Inputs& inputs) {
     fmt::print("{:<32} {:>10} {:>10} {:>11}\n", "layer", "reads from", "to", "in steps of");
-    for (const auto& [name, parameters] : layers) {
-        const graph::Quantization input = quantization_of(samples.at(name), percentile);
+    for (const auto& [name, input] : inputs)
         fmt::print("{:<32} {:>10.4f} {:>10.4f} {:>11.6f}\n", name, -input.scale * input.zero_point,
                    input.scale * (255 - input.zero_point), input.scale);
-    }
 }
 
 void quantize(const QuantizeOptions& options) {
@@ -189,25 +209,23 @@ void quantize(const QuantizeOptions& options) {
     };
     const Calibration::Outputs wanted = outputs(model, "upscaling in floating point");
 
-    std::vector<double> percentiles(std::begin(kTriedPercentiles), std::end(kTriedPercentiles));
-    if (options.percentile) percentiles = {*options.percentile};
     const io::TemporaryFolder scratch;
-    double best = 0, best_psnr = -1;
-    fmt::print("{}: {} layers in int8 that read what is within\n", model.name(), layers.size());
-    for (const double percentile : percentiles) {
-        const fs::path file = scratch.path() / (model.name() + ".safetensors");
-        quantized(model, layers, samples, percentile).write(file);
-        const Calibration::Outputs made =
-            outputs(Model::load(file.string()), fmt::format("upscaling with {:g} %", percentile));
+    const fs::path file = scratch.path() / (model.name() + ".safetensors");
+    Candidate best;
+    double best_psnr = -1;
+    fmt::print("{}: {} layers in int8\n", model.name(), layers.size());
+    for (const Candidate& candidate : candidates(samples, options.percentile)) {
+        quantized(model, layers, samples, candidate.inputs).write(file);
+        const Calibration::Outputs made = outputs(Model::load(file.string()), "upscaling with " + candidate.name);
         const double psnr = Calibration::psnr(made, wanted);
-        fmt::print("  {:>7g} % of samples: {:.2f} dB from the floating-point model\n", percentile, psnr);
+        fmt::print("  {:>24}: {:.2f} dB from the floating-point model\n", candidate.name, psnr);
         if (psnr <= best_psnr) continue;
-        best = percentile;
+        best = candidate;
         best_psnr = psnr;
     }
-    print_layers(layers, samples, best);
-    quantized(model, layers, samples, best).write(options.output);
-    fmt::print("{}: with {:g} %\n", options.output.string(), best);
+    print_inputs(best.inputs);
+    quantized(model, layers, samples, best.inputs).write(options.output);
+    fmt::print("{}: with {}\n", options.output.string(), best.name);
 }
 
 }  // namespace
@@ -231,8 +249,8 @@ void add_quantize_command(CLI::App& app) {
         ->delimiter(',');
     command
         .add_option("--percentile", options->percentile,
-                    "Layers read what is within so many per cent of the samples; unless told, 100, 99.999, 99.99 and "
-                    "99.9 are tried, and the one that changes the output least is taken")
+                    "Layers read what is within so many per cent of the samples; unless told, 100, 99.999, 99.99, 99.9 "
+                    "and what is best for each layer are tried, and what changes the output least is taken")
         ->type_name("P")
         ->check(CLI::Range(50.0, 100.0));
     options->reading.add_to(command);

@@ -107,6 +107,23 @@ graph::Quantization quantization_of(const LayerSamples& samples, double percent)
     return result;
 }
 
+graph::Quantization closest_quantization(const LayerSamples& samples, std::span<const double> percentages) {
+    graph::Quantization closest;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double percent : percentages) {
+        const graph::Quantization quantization = quantization_of(samples, percent);
+        double sum = 0;
+        for (const float value : samples.values()) {
+            const double off = value - rounded(value, quantization);
+            sum += off * off;
+        }
+        if (sum >= least) continue;
+        least = sum;
+        closest = quantization;
+    }
+    return closest;
+}
+
 graph::QuantizedWeights quantized_weights(const graph::Parameters& layer, const LayerSamples& samples,
                                           const graph::Quantization& input) {
     const ChannelMeans means = means_of(samples, input);

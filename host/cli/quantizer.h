@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,9 @@ class LayerSamples {
 /// Numbers for values from the smallest sample to the largest, or so many per cent of the samples (from 50 to 100)
 /// without as many of either end. 0 has a number.
 graph::Quantization quantization_of(const LayerSamples& samples, double percent);
+
+/// Of these percentages' numbers, those that the samples' rounding to changes them least by, in the mean square.
+graph::Quantization closest_quantization(const LayerSamples& samples, std::span<const double> percentages);
 
 /// A layer's float weights as whole numbers (docs/quantization.md), each output channel's scale chosen so that its
 /// results of the samples change least. Biases make up for what the mean result changes by.
