@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "api/build_graph.h"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr size_t kSampledFrames = 48, kComparedFrames = 12;  // of all, spread evenly
 constexpr size_t kSampledPixels = size_t(1) << 17;           // of a layer, in all frames
+constexpr size_t kSampledPatches = size_t(1) << 13;          // likewise
 constexpr size_t kViewBytes = size_t(1) << 29;               // of a frame's layers at a time
 
 /// Whether frame `index` is one of about `wanted` out of `count`, the last of each stretch: history has begun by then.
@@ -109,8 +111,10 @@ size_t Calibration::frames() const {
     return count;
 }
 
-std::map<std::string, LayerSamples> Calibration::samples(const Model& model, const std::set<std::string>& layers,
+std::map<std::string, LayerSamples> Calibration::samples(const Model& model, const std::map<std::string, int>& kernels,
                                                          const Progress& progress) const {
+    std::set<std::string> layers;
+    for (const auto& [name, kernel] : kernels) layers.insert(name);
     std::map<std::string, LayerSamples> result;
     const std::vector<std::set<std::string>> all = batches(model, sequences_.front().sequence.render_size, layers);
     const size_t count = frames(), sampled = std::min(count, kSampledFrames);
@@ -123,7 +127,8 @@ std::map<std::string, LayerSamples> Calibration::samples(const Model& model, con
                 if (!is_chosen(index++, count, sampled)) return;
                 for (const std::string& layer : together) {
                     const Upscaler::View view = stream.view(view_of(layer));
-                    result.try_emplace(layer, view.channels).first->second.add(view.pixels, kSampledPixels / sampled);
+                    const auto place = result.try_emplace(layer, view.channels, kernels.at(layer)).first;
+                    place->second.add(view.pixels, view.size, kSampledPixels / sampled, kSampledPatches / sampled);
                 }
             });
         }

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -31,8 +30,8 @@ class Calibration {
     /// Opens every image. Errors: file, naming it.
     void check(const Model& model) const;
 
-    /// What those layers read. Errors: those of Upscaler.
-    std::map<std::string, LayerSamples> samples(const Model& model, const std::set<std::string>& layers,
+    /// What those layers read. `kernels`: pixels along each side of their kernels, by name. Errors: those of Upscaler.
+    std::map<std::string, LayerSamples> samples(const Model& model, const std::map<std::string, int>& kernels,
                                                 const Progress& progress) const;
 
     Outputs outputs(const Model& model, const Progress& progress) const;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -196,14 +195,14 @@ void quantize(const QuantizeOptions& options) {
 
     const Calibration calibration(Device::open(options.device), std::move(sequences));
     calibration.check(model);
-    std::set<std::string> names;
-    for (const auto& [name, parameters] : layers) names.insert(name);
+    std::map<std::string, int> kernels;
+    for (const auto& [name, parameters] : layers) kernels[name] = parameters->kernel;
     const auto with_progress = [](const std::string& label, const auto& work) {
         Progress progress(label);
         return work([&](size_t frame, size_t frames) { progress.update(frame, frames); });
     };
     const auto samples = with_progress(
-        "looking at layers", [&](const auto& progress) { return calibration.samples(model, names, progress); });
+        "looking at layers", [&](const auto& progress) { return calibration.samples(model, kernels, progress); });
     const auto outputs = [&](const Model& of, const std::string& label) {
         return with_progress(label, [&](const auto& progress) { return calibration.outputs(of, progress); });
     };

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
+
+#include "cli/compensated_rounding.h"
 
 namespace clarus::cli {
 namespace {
@@ -19,80 +22,71 @@ float rounded(float value, const graph::Quantization& quantization) {
 
 /// Of each channel of what a layer reads.
 struct ChannelMeans {
-    std::vector<double> value, square, rounded;
+    std::vector<double> value, rounded;
 };
 
 ChannelMeans means_of(const LayerSamples& samples, const graph::Quantization& input) {
     const size_t channels = samples.channels(), pixels = samples.values().size() / channels;
-    ChannelMeans means{std::vector<double>(channels), std::vector<double>(channels), std::vector<double>(channels)};
+    ChannelMeans means{std::vector<double>(channels), std::vector<double>(channels)};
     for (size_t i = 0; i < samples.values().size(); ++i) {
-        const float value = samples.values()[i];
-        const size_t channel = i % channels;
-        means.value[channel] += value;
-        means.square[channel] += static_cast<double>(value) * value;
-        means.rounded[channel] += rounded(value, input);
+        means.value[i % channels] += samples.values()[i];
+        means.rounded[i % channels] += rounded(samples.values()[i], input);
     }
-    for (std::vector<double>* sums : {&means.value, &means.square, &means.rounded})
+    for (std::vector<double>* sums : {&means.value, &means.rounded})
         for (double& sum : *sums) sum /= static_cast<double>(std::max<size_t>(pixels, 1));
     return means;
 }
 
-int whole_weight(float weight, double scale) {
-    return std::clamp(static_cast<int>(std::lround(weight / scale)), -kMostWeight, kMostWeight);
+/// An output channel's weights in whole numbers.
+struct RoundedRow {
+    double scale;
+    std::vector<std::int8_t> weights;
+};
+
+/// `smallest`: of scales.
+RoundedRow rounded_row(std::span<const float> weights, const CompensatedRounding& rounding, double smallest) {
+    float most = 0;
+    for (const float weight : weights) most = std::max(most, std::abs(weight));
+    RoundedRow best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double share : {1.0, 0.9, 0.8}) {
+        const double scale = static_cast<float>(std::max(share * most / kMostWeight, smallest));
+        std::vector<std::int8_t> whole = rounding.round(weights, scale, kMostWeight);
+        const double error = rounding.error(weights, whole, scale);
+        if (error >= least) continue;
+        least = error;
+        best = {scale, std::move(whole)};
+    }
+    return best;
 }
 
-/// An output channel's weights [in / groups][taps], and the means of what they are multiplied with.
-struct Row {
-    std::span<const float> weights;
-    int taps;
-    const ChannelMeans& means;
-    size_t first_channel;  // of the group
+/// Pixels apart, of so many of which so many are wanted: odd, lest all are of few columns.
+size_t step_between(size_t count, size_t wanted) {
+    return std::max<size_t>(1, count / std::max<size_t>(wanted, 1)) | 1;
+}
 
-    size_t channel(size_t index) const { return first_channel + index / taps; }
-
-    double error(double scale) const {
-        double sum = 0;
-        for (size_t i = 0; i < weights.size(); ++i) {
-            const double off = weights[i] - scale * whole_weight(weights[i], scale);
-            sum += off * off * (means.square[channel(i)] + 1e-12);
-        }
-        return sum;
-    }
-
-    double best_scale() const {
-        float most = 0;
-        for (const float weight : weights) most = std::max(most, std::abs(weight));
-        double best = static_cast<double>(most) / kMostWeight, least = error(best);
-        for (double share = 0.98; share > 0.7 && most > 0; share -= 0.02) {
-            const double scale = share * most / kMostWeight, off = error(scale);
-            if (off >= least) continue;
-            least = off;
-            best = scale;
-        }
-        return best;
-    }
-
-    /// What the mean result is less than it should be when weights have this scale.
-    double lost_mean(double scale) const {
-        double sum = 0;
-        for (size_t i = 0; i < weights.size(); ++i)
-            sum += weights[i] * means.value[channel(i)] -
-                   scale * whole_weight(weights[i], scale) * means.rounded[channel(i)];
-        return sum;
-    }
-};
+float finite(float value) { return std::isfinite(value) ? value : 0; }
 
 }  // namespace
 
-void LayerSamples::add(const std::vector<float>& image, size_t pixels) {
+void LayerSamples::add(const std::vector<float>& image, Size size, size_t pixels, size_t patches) {
     const size_t channels = channels_, count = image.size() / channels;
-    // Not a divisor of a row's length, as far as that can be known.
-    const size_t step = std::max<size_t>(1, count / std::max<size_t>(pixels, 1)) | 1;
+    const size_t step = step_between(count, pixels);
     for (size_t pixel = step / 2; pixel < count; pixel += step)
-        for (size_t channel = 0; channel < channels; ++channel) {
-            const float value = image[pixel * channels + channel];
-            values_.push_back(std::isfinite(value) ? value : 0);
-        }
+        for (size_t channel = 0; channel < channels; ++channel)
+            values_.push_back(finite(image[pixel * channels + channel]));
+    const size_t patch_step = step_between(count, patches);
+    for (size_t pixel = patch_step / 2; pixel < count; pixel += patch_step) {
+        const int x = static_cast<int>(pixel % size.width) - kernel_ / 2;
+        const int y = static_cast<int>(pixel / size.width) - kernel_ / 2;
+        for (int channel = 0; channel < channels_; ++channel)
+            for (int py = y; py < y + kernel_; ++py)
+                for (int px = x; px < x + kernel_; ++px) {
+                    const bool inside = px >= 0 && px < size.width && py >= 0 && py < size.height;
+                    const size_t at = (static_cast<size_t>(py) * size.width + px) * channels + channel;
+                    patches_.push_back(inside ? finite(image[at]) : 0);
+                }
+    }
 }
 
 graph::Quantization quantization_of(const LayerSamples& samples, double percent) {
@@ -127,23 +121,29 @@ graph::Quantization closest_quantization(const LayerSamples& samples, std::span<
 graph::QuantizedWeights quantized_weights(const graph::Parameters& layer, const LayerSamples& samples,
                                           const graph::Quantization& input) {
     const ChannelMeans means = means_of(samples, input);
-    const size_t group_in = layer.in_channels / layer.groups, group_out = layer.out_channels / layer.groups;
-    const size_t row_length = group_in * layer.taps();
+    const size_t taps = layer.taps(), group_in = layer.in_channels / layer.groups;
+    const size_t group_out = layer.out_channels / layer.groups, row_length = group_in * taps;
+    std::vector<CompensatedRounding> roundings;
+    for (int group = 0; group < layer.groups; ++group)
+        roundings.emplace_back(samples.patches(), layer.in_channels * taps, group * row_length, row_length);
     graph::QuantizedWeights result{input};
     for (size_t channel = 0; channel < layer.biases.size(); ++channel) {
         const size_t group = channel % layer.out_channels / group_out;
-        const Row row{std::span(layer.weights).subspan(channel * row_length, row_length), layer.taps(), means,
-                      group * group_in};
+        const std::span weights = std::span(layer.weights).subspan(channel * row_length, row_length);
         const double bias = layer.biases[channel];
         // A channel of zeros keeps its bias to many digits all the same.
         const double smallest = std::max(1e-6, std::abs(bias) / input.scale / (1 << 24));
-        const auto scale = static_cast<float>(std::max(row.best_scale(), smallest));
-        for (const float weight : row.weights)
-            result.weights.push_back(static_cast<std::int8_t>(whole_weight(weight, scale)));
-        result.scales.push_back(scale);
-        const double unit = static_cast<double>(input.scale) * scale, most = 1 << 30;
+        const RoundedRow row = rounded_row(weights, roundings[group], smallest);
+        result.weights.insert(result.weights.end(), row.weights.begin(), row.weights.end());
+        result.scales.push_back(static_cast<float>(row.scale));
+        double lost_mean = 0;
+        for (size_t i = 0; i < row_length; ++i) {
+            const size_t read = group * group_in + i / taps;
+            lost_mean += weights[i] * means.value[read] - row.scale * row.weights[i] * means.rounded[read];
+        }
+        const double unit = static_cast<double>(input.scale) * row.scale, most = 1 << 30;
         result.biases.push_back(
-            static_cast<std::int32_t>(std::lround(std::clamp((bias + row.lost_mean(scale)) / unit, -most, most))));
+            static_cast<std::int32_t>(std::lround(std::clamp((bias + lost_mean) / unit, -most, most))));
     }
     return result;
 }
