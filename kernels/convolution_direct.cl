@@ -43,15 +43,7 @@ INLINE void stage(INPUT_PARAMETERS int x, int y, local float* patch) {
 // Ahead of its use, with each tap a share of what comes next: the pixels of the next row that will be written, and once
 // for all blocks, a new row of the strip below.
 INLINE void prefetch_share(INPUT_PARAMETERS global storage* out, int x, int y, int tap, int block, int blocks) {
-#define PREFETCH_BELOW(P)                                                                              \
-    if (block == 0 && READING(P) <= READING_WEIGHTED) {                                                \
-        const int lines = (PATCH_PIXELS * PART##P##_STRIDE / LINE + TAPS) / TAPS;                      \
-        global const storage* below =                                                                  \
-            in##P + AT(PART##P, x - KERNEL / 2, min(y + ROWS + KERNEL / 2, PART##P##_HEIGHT - 1), 0) + \
-            tap * lines * LINE;                                                                        \
-        for (int i = 0; i < lines; ++i) PREFETCH(below + i * LINE);                                    \
-    }
-    EACH_PART(PREFETCH_BELOW)
+    if (block == 0) prefetch_input(INPUT x - KERNEL / 2, y + ROWS + KERNEL / 2, PATCH_PIXELS, tap, TAPS);
     const int pixels = (PIXELS + TAPS - 1) / TAPS;
     global storage* first = out + AT(OUT, x + tap * pixels, y + 1, 16 * block);
 #pragma unroll

@@ -12,6 +12,7 @@
 #include "api/build_graph.h"
 #include "base/error.h"
 #include "io/safetensors.h"
+#include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
 namespace clarus {
@@ -127,7 +128,7 @@ Model Model::load(const std::string& path, double scale) {
     Model model(std::move(state));
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
     constexpr Size kSmall{8, 8};
-    build_graph(model, kSmall, output_size(kSmall, model.scale()));
+    pipelines::check_requantization(*model.tensors(), build_graph(model, kSmall, output_size(kSmall, model.scale())));
     return model;
 }
 

@@ -43,6 +43,32 @@ kernel void probe(global half* values) {
 constexpr cl_ushort half_one = 0x3c00;
 constexpr Values half_arithmetic_given = {0x6800, half_one, 0, 0};
 
+// Asks the processor and the system, not the driver, for vpdpbusd on registers of 512 bits. Others' compilers refuse
+// the assembly, as does Clang where it does not use such registers.
+constexpr const char* vnni_source = R"(
+#if !defined(__x86_64__) || !defined(__AVX512F__)
+#error no x86 with registers of 512 bits
+#endif
+kernel void probe(global ushort* values) {
+    uint a = 7, b, c = 0, d;
+    __asm__ volatile("cpuid" : "+a"(a), "=b"(b), "+c"(c), "=d"(d));
+    const uint registers_of_512_bits = b >> 16 & 1, vnni = c >> 11 & 1;
+    a = 1;
+    c = 0;
+    __asm__ volatile("cpuid" : "+a"(a), "=b"(b), "+c"(c), "=d"(d));
+    const uint xgetbv = c >> 27 & 1;
+    if (!registers_of_512_bits || !vnni || !xgetbv) return;
+    a = 0;
+    c = 0;
+    __asm__ volatile("xgetbv" : "+a"(a), "=d"(d) : "c"(c));
+    if ((a & 0xe6) != 0xe6) return;  // the system does not keep all of the registers
+    int16 sum = 1;
+    const int16 numbers = (int16)(0x01ff0000), weights = (int16)(0x0280ffff);
+    __asm__("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(numbers), "v"(weights));
+    values[0] = sum.s0 == 1 + 1 * 2 + 255 * -128 && sum.sf == sum.s0;
+}
+)";
+
 // What the kernel makes of the values; they come back as they were where it does not compile or run.
 Values run(const cl::Device& device, const std::string& source, Values values) {
     try {
@@ -65,8 +91,10 @@ Abilities probe_now(const cl::Device& device, const std::string& claims_program)
     const Values claims = run(device, claims_program, claims_given);
     Abilities abilities{.half_storage = claims[1] == doubled, .half_arithmetic = false, .fast_fma = claims[2] == 1};
     // A simulator's compiler takes more than it can run.
-    if (claims[3] == 1 && !is_simulator(device))
+    if (is_simulator(device)) return abilities;
+    if (claims[3] == 1)
         abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given)[2] == half_one;
+    abilities.vnni = run(device, vnni_source, {})[0] == 1;
     return abilities;
 }
 
@@ -76,13 +104,14 @@ Abilities probe(const cl::Device& device) {
     const DiskCache cache(programs_directory());
     const ProgramUnit claims{"probe.cl", claims_source, ""};
     const std::string claims_program = program_text({&claims, 1});
-    const CacheKey key = cache_key({"abilities", claims_program, half_arithmetic_source, device_identity(device)});
-    if (const auto kept = cache.load(key); kept && kept->size() == 3)
-        return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0};
+    const CacheKey key =
+        cache_key({"abilities", claims_program, half_arithmetic_source, vnni_source, device_identity(device)});
+    if (const auto kept = cache.load(key); kept && kept->size() == 4)
+        return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0, (*kept)[3] != 0};
     const Abilities abilities = probe_now(device, claims_program);
     // Every compiler has vload_half: where it fails, something else went wrong, which may pass.
     if (abilities.half_storage)
-        cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma});
+        cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma, abilities.vnni});
     return abilities;
 }
 

@@ -74,6 +74,7 @@ DeviceProfile profile_of(const cl::Device& device, std::string selector) {
     profile.half_storage = abilities.half_storage;
     profile.half_arithmetic = abilities.half_arithmetic;
     profile.int8_dot_product = has("cl_khr_integer_dot_product");
+    profile.vnni = abilities.vnni;
     profile.fast_fma = abilities.fast_fma;
     profile.subgroups = has("cl_khr_subgroups") || info_or<CL_DEVICE_MAX_NUM_SUB_GROUPS, cl_uint>(device, 0) > 0;
     profile.sub_devices = can_be_parted(device);

@@ -14,6 +14,7 @@ void add_devices_command(CLI::App& app);
 void add_models_command(CLI::App& app);
 void add_model_command(CLI::App& app);
 void add_prepare_command(CLI::App& app);
+void add_quantize_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_serve_command(CLI::App& app);
 void add_control_command(CLI::App& app);

@@ -43,6 +43,7 @@ void print_table(const DeviceProfile& device) {
         {"half storage", yes_no(device.half_storage)},
         {"half arithmetic", yes_no(device.half_arithmetic)},
         {"int8 dot product", yes_no(device.int8_dot_product)},
+        {"VNNI", yes_no(device.vnni)},
         {"fast fma", yes_no(device.fast_fma)},
         {"sub-groups", yes_no(device.subgroups)},
         {"simulator", yes_no(device.simulator)},

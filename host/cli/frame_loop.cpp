@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/frame_description.h"
 #include "cli/view_picture.h"
 #include "io/image.h"
 #include "metrics/display.h"

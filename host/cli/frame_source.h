@@ -44,7 +44,4 @@ class SequenceSource : public FrameSource {
     io::FrameReader reader_;
 };
 
-/// The pixels as a frame's image; none where there are none.
-Image image_of(io::Pixels& pixels);
-
 }  // namespace clarus::cli

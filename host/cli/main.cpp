@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
     clarus::cli::add_models_command(app);
     clarus::cli::add_model_command(app);
     clarus::cli::add_prepare_command(app);
+    clarus::cli::add_quantize_command(app);
     clarus::cli::add_bench_command(app);
     clarus::cli::add_serve_command(app);
     clarus::cli::add_control_command(app);

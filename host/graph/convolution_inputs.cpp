@@ -114,8 +114,8 @@ class Inputs {
 
 /// Makes input channels [first, first + count) the last, in each of `rows` that `row` begins, where each weight takes
 /// `numbers` of them.
-void put_last(std::vector<float>::iterator row, int rows, const Parameters& parameters, int first, int count,
-              int numbers) {
+template <typename Row>
+void put_last(Row row, int rows, const Parameters& parameters, int first, int count, int numbers) {
     const int channel = parameters.taps() * numbers, all = parameters.in_channels * channel;
     for (; rows > 0; --rows, row += all) std::rotate(row + first * channel, row + (first + count) * channel, row + all);
 }
@@ -123,7 +123,10 @@ void put_last(std::vector<float>::iterator row, int rows, const Parameters& para
 /// In the perceptron's last layer, too, where it makes these weights.
 void put_last(Graph& graph, int index, int first, int count) {
     const auto moved = std::make_shared<Parameters>(*graph.parameters[index]);
-    put_last(moved->weights.begin(), moved->sets * moved->out_channels, *moved, first, count, 1);
+    if (moved->quantized)
+        put_last(moved->quantized->weights.begin(), moved->sets * moved->out_channels, *moved, first, count, 1);
+    else
+        put_last(moved->weights.begin(), moved->sets * moved->out_channels, *moved, first, count, 1);
     graph.parameters[index] = moved;
     const Parameters& parameters = *moved;
     if (!parameters.conditioned || !graph.jitter_kernels || graph.jitter_kernels->predictor.empty()) return;

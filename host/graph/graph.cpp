@@ -387,7 +387,9 @@ Value Graph::convolution(Value image, Parameters weights, Activation activation,
     const Shape result{weights.out_channels, ceil_divide(part.height, weights.stride),
                        ceil_divide(part.width, weights.stride)};
     parameters.push_back(std::make_shared<Parameters>(std::move(weights)));
-    return add(Convolution{static_cast<int>(parameters.size()) - 1, activation}, {image}, result, std::move(name));
+    Convolution convolution{static_cast<int>(parameters.size()) - 1, activation};
+    if (const auto& quantized = parameters.back()->quantized) convolution.rounds = quantized->input;
+    return add(std::move(convolution), {image}, result, std::move(name));
 }
 
 Value Graph::sigmoid(Value image, std::string name) {

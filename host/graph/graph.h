@@ -10,6 +10,7 @@
 
 #include "clarus/types.h"
 #include "graph/operators.h"
+#include "graph/quantization.h"
 
 namespace clarus::graph {
 
@@ -44,6 +45,9 @@ struct Parameters {
     std::vector<float> weights = {};  // [sets][out][in / groups][kernel][kernel]
     std::vector<float> biases = {};   // [sets][out]
     bool avoid_winograd = false;      // what follows amplifies rounding errors beyond its own
+    std::string layer = {};           // what the model calls it
+    /// In place of `weights` and `biases`, which are empty then.
+    std::optional<QuantizedWeights> quantized = {};
 
     size_t weights_per_set() const { return static_cast<size_t>(out_channels) * in_channels / groups * taps(); }
     int taps() const { return kernel * kernel; }

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include "base/rounding.h"
+#include "graph/quantization.h"
 #include "graph/traits.h"
 
 /// The operators of pipelines.md as plain data. An operator's inputs, in order, and its result are documented here; the
@@ -406,9 +408,13 @@ struct Convolution {
     /// right and below. A zero-upsampled one is the last.
     std::vector<Reading> readings = {};
     int width = 0, height = 0;
+    /// Of a convolution in whole numbers: what its input is rounded to, where that is not stored so; and what its
+    /// result is stored as, where that is not floating-point (hand_on_bytes).
+    std::optional<Quantization> rounds = {}, result = {};
     Traits traits() const {
         const Pixels reads = readings.empty() ? Pixels::all : Pixels::samples;
-        return {Memory::own, Stored::feature, reads, rows_of_convolution, operations_of_convolution};
+        const Stored stored = result ? Stored::bytes : Stored::feature;
+        return {Memory::own, stored, reads, rows_of_convolution, operations_of_convolution};
     }
 };
 

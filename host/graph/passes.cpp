@@ -1,6 +1,7 @@
 #include "graph/passes.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "graph/uses.h"
@@ -118,6 +119,27 @@ void join_through_concat(Graph& graph) {
 
 }  // namespace
 
+Graph hand_on_bytes(const Graph& graph) {
+    Graph result = graph;
+    const Uses uses(graph);
+    std::vector<std::optional<Quantization>> read_as(graph.nodes.size());
+    std::vector<int> readers(graph.nodes.size());  // that read a value as that
+    for (const Node& node : graph.nodes) {
+        const auto* convolution = std::get_if<Convolution>(&node.op);
+        if (!convolution || !convolution->rounds) continue;
+        std::optional<Quantization>& quantization = read_as[node.inputs[0]];
+        if (!quantization) quantization = convolution->rounds;
+        if (*quantization == *convolution->rounds) ++readers[node.inputs[0]];
+    }
+    for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value) {
+        auto* convolution = std::get_if<Convolution>(&result.nodes[value].op);
+        if (convolution && convolution->rounds && readers[value] > 0 && readers[value] == uses.by_nodes[value] &&
+            uses.by_others[value] == 0)
+            convolution->result = read_as[value];
+    }
+    return result;
+}
+
 Graph fuse_pointwise(const Graph& graph) {
     Graph result = graph;
     // Once several users of a value are one program, that is its only user.
@@ -166,7 +188,7 @@ Graph remove_unused(const Graph& graph, const std::vector<std::string>& keep) {
 }
 
 Graph fuse(const Graph& graph, const std::vector<std::string>& keep) {
-    return fuse_pointwise(fuse_convolution_inputs(remove_unused(graph, keep)));
+    return fuse_pointwise(fuse_convolution_inputs(hand_on_bytes(remove_unused(graph, keep))));
 }
 
 Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change) {

@@ -13,6 +13,11 @@ namespace clarus::graph {
 /// from the rest, so that what makes or reads either does not step over the other. Before fuse_pointwise.
 Graph fuse_convolution_inputs(const Graph& graph);
 
+/// Has convolutions in whole numbers hand on their results as bytes where nothing else than such convolutions reads
+/// them, all of which round what they read to the same numbers. What is computed is defined by the graph after it
+/// (docs/quantization.md). Before fuse_convolution_inputs.
+Graph hand_on_bytes(const Graph& graph);
+
 /// Joins pointwise programs: into their users where they have one user only, which may be several that have been joined
 /// before, and through concat, so that one program writes all channels of the joined image. What would have had to be
 /// copied into a concat is then computed in place, and what it takes from the memory of others (slices, zero-upsampled

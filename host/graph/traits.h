@@ -24,6 +24,7 @@ enum class Stored {
     f32,       // float: motion, depth and what is made of them alone
     image,     // the type that images are stored in
     feature,   // as `image`; convolutions can also read it as one of several images that their input is made of
+    bytes,     // whole numbers from 0 to 255 that stand for others (Quantization); convolutions alone read them
     as_input,  // that of the memory it shares
 };
 

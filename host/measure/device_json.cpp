@@ -27,6 +27,7 @@ nlohmann::ordered_json to_json(const DeviceProfile& device) {
             {"half_storage", device.half_storage},
             {"half_arithmetic", device.half_arithmetic},
             {"int8_dot_product", device.int8_dot_product},
+            {"vnni", device.vnni},
             {"fast_fma", device.fast_fma},
             {"subgroups", device.subgroups},
             {"sub_devices", device.sub_devices}};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "cl/error.h"
@@ -15,6 +16,7 @@ namespace {
 using graph::Value;
 
 float element_at(const std::vector<std::byte>& bytes, size_t index, Storage storage) {
+    if (storage == Storage::u8) throw std::logic_error("what is handed on as bytes is no view");
     if (storage == Storage::f16) return cl_half_to_float(reinterpret_cast<const cl_half*>(bytes.data())[index]);
     return reinterpret_cast<const float*>(bytes.data())[index];
 }
@@ -28,7 +30,7 @@ std::vector<KernelCall> resizing_calls(const Plan& plan, Plans others, const Dev
 void add_calls(std::vector<const KernelCall*>& calls, const Plan& plan) {
     for (const PlannedStage& stage : plan.stages) {
         if (!stage.problem.presented) calls.push_back(&stage.lowered.call);
-        if (stage.lowered.packing) calls.push_back(&stage.lowered.packing->call);
+        if (stage.lowered.packing && !stage.lowered.packing->on_host) calls.push_back(&stage.lowered.packing->call);
     }
 }
 

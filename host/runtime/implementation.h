@@ -90,11 +90,14 @@ struct PackShape {
 };
 static_assert(sizeof(PackShape) == 52);
 
-/// How a convolution's weights become what its kernel reads, by a kernel of kernels/pack.cl.
+/// How a convolution's weights become what its kernel reads: by a kernel of kernels/pack.cl, or on the host, where no
+/// weights follow from a frame's jitter.
 struct Packing {
     KernelCall call;
     PackShape shape;
-    size_t floats = 0;  // of one set
+    size_t floats = 0;  // of one set, or other numbers of four bytes
+    /// In place of `call`: one set.
+    std::function<std::vector<std::int32_t>(const graph::Parameters& parameters, int set)> on_host = {};
 };
 
 struct Lowered {
@@ -128,6 +131,7 @@ std::span<const Implementation> implementations(const graph::Node& node);
 
 // One function a file of runtime/implementations/.
 std::span<const Implementation> convolution_implementations();
+std::span<const Implementation> quantized_convolution_implementations();
 std::span<const Implementation> upsample_implementations();
 std::span<const Implementation> upsample_motion_implementations();
 std::span<const Implementation> resample_implementations();

@@ -24,7 +24,8 @@ constexpr int kCellAlignment = 4;
 constexpr int kSlack = 64;
 
 Storage storage_of(const Graph& graph, Value value, Storage images) {
-    return graph::traits(graph.nodes[value].op).stored == graph::Stored::f32 ? Storage::f32 : images;
+    const graph::Stored stored = graph::traits(graph.nodes[value].op).stored;
+    return stored == graph::Stored::f32 ? Storage::f32 : stored == graph::Stored::bytes ? Storage::u8 : images;
 }
 
 bool aliases_memory(const Node& node) { return graph::aliases_memory(node.op); }

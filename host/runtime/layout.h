@@ -8,9 +8,9 @@
 
 namespace clarus::runtime {
 
-enum class Storage { f32, f16 };
+enum class Storage { f32, f16, u8 };
 
-inline size_t bytes_of(Storage storage) { return storage == Storage::f16 ? 2 : 4; }
+inline size_t bytes_of(Storage storage) { return storage == Storage::u8 ? 1 : storage == Storage::f16 ? 2 : 4; }
 
 /// Where a value's elements lie (kernels/common.clh): a grid of cells, each holding a block × block square of pixels.
 /// With it, concat, slice, space-to-depth and depth-to-space are views of one block of memory. So is zero-upsampling:

@@ -47,6 +47,10 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
             const size_t weights_a_set = parameters.weights_per_set(), biases_a_set = parameters.out_channels;
             packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
                                        packed.floats * sets_on_device(graph, parameters) * sizeof(float));
+            if (lowered.packing->on_host) {
+                upload_packed(parameters, *lowered.packing, packed.buffer);
+                continue;
+            }
             packed.pack = std::make_unique<PackLaunch>(kernels, *lowered.packing);
             const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
             for (int set = 0; set < parameters.sets; ++set)
@@ -64,6 +68,14 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
         }
         if (predicts(graph)) predictor_ = std::make_unique<KernelPredictor>(context, jitter_kernels.predictor);
         sets_.emplace(jitter_kernels.table, predictor_ ? kComputedSets : 0);
+    }
+}
+
+void Weights::upload_packed(const graph::Parameters& parameters, const Packing& packing, const cl::Buffer& buffer) {
+    for (int set = 0; set < parameters.sets; ++set) {
+        const std::vector<std::int32_t> packed = packing.on_host(parameters, set);
+        const size_t bytes = packed.size() * sizeof packed.front();
+        context_.queue().enqueueWriteBuffer(buffer, CL_TRUE, set * bytes, bytes, packed.data());
     }
 }
 

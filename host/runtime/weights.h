@@ -40,6 +40,7 @@ class Weights {
         std::unique_ptr<PackLaunch> pack;
     };
 
+    void upload_packed(const graph::Parameters& parameters, const Packing& packing, const cl::Buffer& buffer);
     void compute(Vec2 jitter, int set);
 
     ocl::Context& context_;

@@ -63,10 +63,12 @@ Widths read_widths(const io::Safetensors& model, int scale, bool checked) {
 /// A jitter-conditioned layer: the sets of its table, none where the model has only the predictor.
 Parameters conditioned_layer(const io::Safetensors& model, const std::string& name, int out, int in, int sets) {
     Parameters parameters{out, in, sets, true};
+    parameters.layer = name;
     if (sets == 0) return parameters;
-    parameters.weights =
-        finite_floats(model, model.require(name + ".weight", std::array<int64_t, 5>{sets, out, in, 3, 3}));
-    parameters.biases = finite_floats(model, model.require(name + ".bias", std::array<int64_t, 2>{sets, out}));
+    read_weights(model, name, parameters, true);
+    if (parameters.quantized && has_any(model, "mlp."))
+        fail(ErrorKind::file, "{}: layer {} is quantized, and a perceptron (mlp.0.weight) makes floating-point kernels",
+             model.path().string(), name);
     return parameters;
 }
 

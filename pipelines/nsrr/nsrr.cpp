@@ -49,11 +49,23 @@ bool sees_ycbcr(const io::Safetensors& model) {
 /// add nothing.
 Parameters part(const Parameters& whole, int out, int in) {
     Parameters result{out, in};
-    for (int o = 0; o < out; ++o) {
-        const auto first = whole.weights.begin() + static_cast<std::ptrdiff_t>(o) * whole.in_channels * 9;
-        result.weights.insert(result.weights.end(), first, first + static_cast<std::ptrdiff_t>(in) * 9);
+    result.layer = whole.layer;
+    const auto take = [&](const auto& from, auto& to) {
+        for (int o = 0; o < out; ++o) {
+            const auto first = from.begin() + static_cast<std::ptrdiff_t>(o) * whole.in_channels * 9;
+            to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(in) * 9);
+        }
+    };
+    if (whole.quantized) {
+        graph::QuantizedWeights& quantized = result.quantized.emplace(*whole.quantized);
+        quantized.weights.clear();
+        take(whole.quantized->weights, quantized.weights);
+        quantized.scales.resize(out);
+        quantized.biases.resize(out);
+    } else {
+        take(whole.weights, result.weights);
+        result.biases.assign(whole.biases.begin(), whole.biases.begin() + out);
     }
-    result.biases.assign(whole.biases.begin(), whole.biases.begin() + out);
     return result;
 }
 

@@ -15,6 +15,8 @@ using graph::Resource;
 using graph::Shift;
 using graph::Value;
 
+constexpr int kKernel = 5;
+
 int floor_divide(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 
 /// A convolution that follows nearest ×s, as one at render resolution with s² times the channels, whose depth-to-space
@@ -22,6 +24,7 @@ int floor_divide(int value, int by) { return value >= 0 ? value / by : -((by - 1
 Parameters at_render_resolution(const Parameters& layer, int scale) {
     const int radius = layer.kernel / 2, least = floor_divide(-radius, scale);
     Parameters result{layer.out_channels * scale * scale, layer.in_channels};
+    result.layer = layer.layer;
     result.kernel = 1 - 2 * least;
     result.weights.resize(result.weights_per_set());
     for (int out = 0; out < result.out_channels; ++out) {
@@ -39,10 +42,16 @@ Parameters at_render_resolution(const Parameters& layer, int scale) {
     return result;
 }
 
+/// That of `conv.2`. A model has it as it is computed where it is quantized.
+Parameters last_layer(const io::Safetensors& model, int in, int scale) {
+    constexpr const char* kName = "conv.2";
+    if (!is_quantized(model, kName)) return at_render_resolution(read_layer(model, kName, 2, in, kKernel), scale);
+    return read_layer(model, kName, 2 * scale * scale, in, 1 - 2 * floor_divide(-(kKernel / 2), scale));
+}
+
 }  // namespace
 
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
-    constexpr int kKernel = 5;
     Graph graph;
     const Value color = graph.input(Resource::color, render);
 
@@ -51,8 +60,7 @@ graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, co
     for (const char* layer : {"conv.0", "conv.1"})
         x = graph.convolution(x, read_layer(model, layer, kAny, graph.shape(x).channels, kKernel), Activation::relu,
                               std::string("convolution ") + layer);
-    const Parameters last = read_layer(model, "conv.2", 2, graph.shape(x).channels, kKernel);
-    Parameters raw = at_render_resolution(last, scale);
+    Parameters raw = last_layer(model, graph.shape(x).channels, scale);
     raw.avoid_winograd = true;  // offsets are rounded next: what is near a half must not fall on its other side
     x = graph.convolution(x, std::move(raw), Activation::none, "convolution conv.2");
     const Value offsets = graph.depth_to_space(x, scale);

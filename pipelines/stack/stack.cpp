@@ -71,11 +71,16 @@ class Flow {
     std::vector<Value> parts_;
 };
 
+/// How far a transposed convolution's taps are from the input pixel that an output pixel lies in.
+int reach(int size, int stride, int padding) {
+    return std::max((stride - 1 + padding) / stride, (size - 1 - padding) / stride);
+}
+
 /// The transposed convolution with these weights [in][out / groups][size][size] as a convolution whose result is to
 /// go from depth to space: pixel s·q + r takes input q + d by the tap r + padding − s·d.
 Parameters transposed(const std::vector<float>& weights, const std::vector<float>& biases, int in, int out, int groups,
                       int size, int stride, int padding) {
-    const int radius = std::max((stride - 1 + padding) / stride, (size - 1 - padding) / stride);
+    const int radius = reach(size, stride, padding);
     const int group_in = in / groups, group_out = out / groups;
     Parameters result{out * stride * stride, in};
     result.kernel = 2 * radius + 1;
@@ -189,14 +194,41 @@ class Builder {
         const io::Tensor& weights =
             model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / parameters.groups, size, size});
         parameters.out_channels = out_channels(tensor + ".weight", weights.shape[0], parameters.groups);
-        parameters.weights = finite_floats(model_, weights);
-        parameters.biases = biases(tensor, parameters.out_channels);
+        if (model_.has(tensor + ".bias") || is_quantized(model_, tensor)) {
+            read_weights(model_, tensor, parameters);
+        } else {
+            parameters.layer = tensor;
+            parameters.weights = finite_floats(model_, weights);
+            parameters.biases.resize(parameters.out_channels);
+        }
         shrunk_ *= parameters.stride;
         if (kMostShrunk % shrunk_ != 0)
             layer["stride"].refuse("one by which the image is shrunk by a divisor of " + std::to_string(kMostShrunk) +
                                    " in all");
         flow_.replace(graph_.convolution(flow_.whole(), std::move(parameters),
                                          relu ? Activation::relu : Activation::none, name("convolution")));
+    }
+
+    Parameters float_transposed(const std::string& tensor, int in, int groups, int size, int stride,
+                                int padding) const {
+        const io::Tensor& weights = model_.require(tensor + ".weight", std::array<int64_t, 4>{in, -1, size, size});
+        const int out = out_channels(tensor + ".weight", weights.shape[1] * groups, groups);
+        Parameters result =
+            transposed(finite_floats(model_, weights), biases(tensor, out), in, out, groups, size, stride, padding);
+        result.layer = tensor;
+        return result;
+    }
+
+    /// Which a model has as it is computed.
+    Parameters quantized_transposed(const std::string& tensor, int in, int groups, int radius, int stride) const {
+        const int size = 2 * radius + 1;
+        const io::Tensor& weights =
+            model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / groups, size, size});
+        Parameters result{out_channels(tensor + ".weight", weights.shape[0], groups * stride * stride), in};
+        result.kernel = size;
+        result.groups = groups;
+        read_weights(model_, tensor, result);
+        return result;
     }
 
     void transposed_convolution(const JsonNode& layer, bool relu) {
@@ -212,10 +244,9 @@ class Builder {
                  "{}: layer {} does not make images {} times as large: with size {} the padding must be such that "
                  "stride + 2 padding - size is from 0 to {}, but it is {}",
                  where_.string(), number_, stride, size, stride - 1, output_padding);
-        const io::Tensor& weights = model_.require(tensor + ".weight", std::array<int64_t, 4>{in, -1, size, size});
-        const int out = out_channels(tensor + ".weight", weights.shape[1] * groups, groups);
-        Parameters parameters =
-            transposed(finite_floats(model_, weights), biases(tensor, out), in, out, groups, size, stride, padding);
+        Parameters parameters = is_quantized(model_, tensor)
+                                    ? quantized_transposed(tensor, in, groups, reach(size, stride, padding), stride)
+                                    : float_transposed(tensor, in, groups, size, stride, padding);
         const Value result = graph_.convolution(flow_.whole(), std::move(parameters),
                                                 relu ? Activation::relu : Activation::none, name("convolution"));
         grow(stride, result);

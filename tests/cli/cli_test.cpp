@@ -1338,3 +1338,69 @@ TEST_CASE("no device of that name") {
                                 place.output().string(), "--device", selector}),
                       fmt::format("no device fits '{}'", selector));
 }
+
+TEST_CASE("quantize makes a model that computes in int8 and stays near") {
+    const Workplace work;
+    const std::string quantized = (work / "quantized.safetensors").string();
+    const auto quantize = [&](const std::string& model, std::vector<std::string> more = {}) {
+        std::vector<std::string> arguments{"quantize", model,      work.sequence().string(), "-o",
+                                           quantized,  "--device", test_selector()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_tool(arguments);
+    };
+    const Outcome done = quantize(network, {"--percentile", "100"});
+    INFO(done.err);
+    REQUIRE(done.exit_code == 0);
+    CHECK(contains(done.out, "enss_x2_table.model: 3 layers in int8"));
+    CHECK(contains(done.out, "body.0"));
+    const ModelFile file = ModelFile::read(quantized);
+    for (const char* layer : {"first", "body.0", "last"}) {
+        CHECK(file.header[layer + std::string(".weight")]["dtype"] == "I8");
+        CHECK(file.header[layer + std::string(".bias")]["dtype"] == "I32");
+    }
+    CHECK(file.header["jitter"]["dtype"] == "F32");
+    CHECK(file.header["__metadata__"]["quantization"] == "int8");
+
+    REQUIRE(work.upscale(network, {"--format", "exr"}).exit_code == 0);
+    const io::Pixels wanted = io::read_image(work.output() / "0003.exr");
+    REQUIRE(work.upscale(quantized, {"--format", "exr"}).exit_code == 0);
+    const io::Pixels made = io::read_image(work.output() / "0003.exr");
+    CHECK(metrics::measure(made, wanted).psnr > 35);
+    CHECK(metrics::measure(made, wanted).psnr < 90);
+
+    // Layers that stay are as they were.
+    REQUIRE(quantize(network, {"--percentile", "99.9", "--keep", "first,last"}).exit_code == 0);
+    const ModelFile kept = ModelFile::read(quantized);
+    CHECK(kept.header["first.weight"]["dtype"] == "F16");
+    CHECK(kept.header["body.0.weight"]["dtype"] == "I8");
+}
+
+TEST_CASE("quantize refuses what cannot be, before any work, and leaves no file") {
+    const Workplace work;
+    const std::string output = (work / "new/quantized.safetensors").string();
+    const auto refuse = [&](const std::string& message, const std::string& model, std::vector<std::string> more = {},
+                            const std::string& to = {}) {
+        std::vector<std::string> arguments{
+            "quantize", model, work.sequence().string(), "-o", to.empty() ? output : to, "--device", test_selector()};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run_tool(arguments);
+        CAPTURE(outcome.err);
+        CHECK(outcome.exit_code != 0);
+        CHECK(contains(outcome.err, message));
+        CHECK_FALSE(fs::exists(output));
+    };
+    const std::string perceptron = CLARUS_GOLDEN_DIR "/enss_x2_mlp.model.safetensors";
+    refuse("bicubic is a filter", "bicubic");
+    refuse("is quantized already: its tensor", CLARUS_GOLDEN_DIR "/stack_int8_x2.model.safetensors");
+    refuse("has no such layer, or it is named twice; there are: body.0, first, last", network, {"--keep", "middle"});
+    refuse("nothing is left to quantize", network, {"--keep", "first,body.0,last"});
+    refuse("is made by a perceptron for each jitter, and can only stay in floating point", perceptron);
+    refuse("upscales by 3, but the sequence", network_x3);
+    refuse("would replace the model", network, {}, network);
+    refuse("would lie among the sequence's own files", network, {}, (work.sequence() / "model.safetensors").string());
+    refuse("is a folder where a file", network, {}, work.sequence().string());
+    refuse("--percentile", network, {"--percentile", "30"});
+    work.write("sequence/color/0002.png", "no image");
+    refuse("0002.png", network);
+    CHECK_FALSE(fs::exists(work / "new"));
+}

@@ -22,6 +22,7 @@ using runtime::TensorLayout;
 constexpr size_t kSlack = 64;  // elements past a memory's end that vector loads may read
 constexpr std::uint32_t kGarbage32 = 0x7fc0beef;
 constexpr std::uint16_t kGarbage16 = 0x7eef;
+constexpr unsigned char kGarbage8 = 0xbe;
 
 /// A layout's memory as bytes.
 std::vector<unsigned char> garbage(const TensorLayout& layout) {
@@ -29,7 +30,9 @@ std::vector<unsigned char> garbage(const TensorLayout& layout) {
     const size_t size = bytes_of(layout.storage);
     std::vector<unsigned char> memory(elements * size);
     for (size_t i = 0; i < elements; ++i) {
-        if (size == 2)
+        if (size == 1)
+            memory[i] = kGarbage8;
+        else if (size == 2)
             std::memcpy(&memory[i * 2], &kGarbage16, 2);
         else
             std::memcpy(&memory[i * 4], &kGarbage32, 4);
@@ -56,7 +59,9 @@ void visit_elements(const TensorLayout& layout, Visit&& visit) {
 
 void put(std::vector<unsigned char>& memory, size_t place, Storage storage, float value) {
     const half as_half = value;
-    if (storage == Storage::f16)
+    if (storage == Storage::u8)
+        memory[place] = static_cast<unsigned char>(value);
+    else if (storage == Storage::f16)
         std::memcpy(&memory[place], &as_half, 2);
     else
         std::memcpy(&memory[place], &value, 4);
@@ -65,6 +70,7 @@ void put(std::vector<unsigned char>& memory, size_t place, Storage storage, floa
 float get(const std::vector<unsigned char>& memory, size_t place, Storage storage) {
     half as_half;
     float value;
+    if (storage == Storage::u8) return memory[place];
     std::memcpy(&as_half, &memory[place], 2);
     if (storage == Storage::f16) return as_half;
     std::memcpy(&value, &memory[place], 4);
@@ -112,6 +118,10 @@ struct OwnProblem {
 /// Packs one set of a convolution's parameters as its kernel wants them.
 cl::Buffer packed_weights(ocl::Context& context, const runtime::Lowered& lowered, const graph::Parameters& parameters,
                           int set) {
+    if (lowered.packing->on_host) {
+        const std::vector<std::int32_t> packed = lowered.packing->on_host(parameters, set);
+        return device_copy(context, packed.data(), packed.size() * sizeof packed.front());
+    }
     const cl::Buffer weights =
         device_copy(context, parameters.weights.data(), parameters.weights.size() * sizeof(float));
     const cl::Buffer biases = device_copy(context, parameters.biases.data(), parameters.biases.size() * sizeof(float));

@@ -5,9 +5,12 @@
 
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <random>
+#include <span>
 
 #include "clarus/error.h"
+#include "io/safetensors_writer.h"
 #include "temporary_folder.h"
 
 using namespace clarus;
@@ -176,4 +179,25 @@ TEST_CASE("safetensors: damaged anywhere, a file is read or refused") {
         }
     }
     CHECK(refused > 1000);
+}
+
+TEST_CASE("what is written as a safetensors file is read again") {
+    const TemporaryFolder folder;
+    const float numbers[] = {1.5f, -2};
+    const int8_t bytes[] = {-127, 0, 127};
+    const int32_t whole[] = {1 << 30};
+    std::map<std::string, io::NewTensor> tensors;
+    tensors["z"] = io::NewTensor::of(io::DataType::i8, {3, 1}, std::span<const int8_t>(bytes));
+    tensors["a"] = io::NewTensor::of(io::DataType::f32, {2}, std::span<const float>(numbers));
+    tensors["m"] = io::NewTensor::of(io::DataType::i32, {1}, std::span<const int32_t>(whole));
+    tensors["none"] = {io::DataType::f16, {0}, {}};
+    write_safetensors(folder / "written.safetensors", {{"pipeline", "enss"}, {"quotes", "\"\\"}}, tensors);
+    const io::Safetensors read = io::Safetensors::read(folder / "written.safetensors");
+    CHECK(read.metadata() == std::map<std::string, std::string>{{"pipeline", "enss"}, {"quotes", "\"\\"}});
+    REQUIRE(read.tensors().size() == 4);
+    CHECK(read.tensors().at("a").floats() == std::vector<float>{1.5f, -2});
+    CHECK(read.tensors().at("z").type == io::DataType::i8);
+    CHECK(read.tensors().at("z").shape == std::vector<int64_t>{3, 1});
+    CHECK(std::memcmp(read.tensors().at("z").bytes.data(), bytes, 3) == 0);
+    CHECK(std::memcmp(read.tensors().at("m").bytes.data(), whole, 4) == 0);
 }

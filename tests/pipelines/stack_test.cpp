@@ -48,6 +48,21 @@ TEST_CASE("a stack on the smallest image agrees with PyTorch" * doctest::test_su
     for (const double difference : result.differences) CHECK(difference < kTolerance);
 }
 
+TEST_CASE("stacks in whole numbers are PyTorch's, bit for bit" * doctest::test_suite("golden")) {
+    for (const char* name : {"stack_int8_x2", "stack_int8_1x1"}) {
+        CAPTURE(name);
+        for (const Tuning tuning : {Tuning::stored, Tuning::obvious}) {
+            UpscalerOptions options;
+            options.tuning = tuning;
+            for (const double difference : run(Golden(name), options).differences) CHECK(difference == 0);
+        }
+    }
+}
+
+TEST_CASE("a stack in whole numbers on the smallest image is PyTorch's" * doctest::test_suite("small")) {
+    for (const double difference : run(Golden("stack_int8_1x1")).differences) CHECK(difference == 0);
+}
+
 TEST_CASE("stacks in half storage stay near" * doctest::test_suite("golden")) {
     UpscalerOptions options;
     options.precision = Precision::fp16;

@@ -38,7 +38,7 @@ std::set<std::string> programs_of(const Model& model, Size render, const DeviceP
     const auto add = [&](const runtime::KernelCall& call) { programs.insert(runtime::program_key(call)); };
     for (const runtime::PlannedStage& stage : plan->stages) {
         add(stage.lowered.call);
-        if (stage.lowered.packing) add(stage.lowered.packing->call);
+        if (stage.lowered.packing && !stage.lowered.packing->on_host) add(stage.lowered.packing->call);
     }
     add(runtime::ingest(plan->ingest));
     add(runtime::present(plan->layout.layouts[plan->layout.graph.output], options));

@@ -31,6 +31,11 @@ const graph::Convolution& convolution_of(const Problem& problem) {
     return std::get<graph::Convolution>(problem.node.op);
 }
 
+/// Of all that it reads: that of its result, unless it is one in whole numbers, whose result may be in bytes.
+Storage images_storage(const Problem& problem) {
+    return convolution_of(problem).rounds ? problem.inputs[0].storage : problem.output.storage;
+}
+
 /// Lanes that so many channels take.
 int lanes_of(int channels) {
     const int rest = channels % 16;
@@ -44,7 +49,7 @@ ConvolutionInput::ConvolutionInput(const Problem& problem) : problem_(problem) {
     for (int input = 0; input < static_cast<int>(problem.inputs.size()); ++input) {
         const TensorLayout& layout = problem.inputs[input];
         const Reading reading = readings.empty() ? Reading::whole : readings.at(input);
-        if (layout.storage != problem.output.storage) throw std::logic_error("a kernel's images have one storage");
+        if (layout.storage != images_storage(problem)) throw std::logic_error("a kernel's images have one storage");
         if (reading == Reading::factor) {
             parts.at(parts.size() - 1).factor = input;
         } else {

@@ -4,8 +4,8 @@ namespace clarus::runtime {
 namespace {
 
 struct ByOperator {
-    std::span<const Implementation> operator()(const graph::Convolution&) const {
-        return convolution_implementations();
+    std::span<const Implementation> operator()(const graph::Convolution& convolution) const {
+        return convolution.rounds ? quantized_convolution_implementations() : convolution_implementations();
     }
     std::span<const Implementation> operator()(const graph::Upsample&) const { return upsample_implementations(); }
     std::span<const Implementation> operator()(const graph::UpsampleMotion&) const {

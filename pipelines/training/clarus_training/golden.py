@@ -44,6 +44,28 @@ EVERY_LAYER = (
     {"a": 8, "b": 12, "c": 10, "c.prelu": 1, "d": 48},
 )
 
+# Convolutions, of which all are in whole numbers; nothing between them rounds.
+IN_WHOLE_NUMBERS = (
+    [
+        stack.convolution("a", 5),
+        {"type": "relu"},
+        stack.convolution("b", 3, groups=2, stride=2),
+        {"type": "relu"},
+        stack.convolution("c", 1),
+        {"type": "relu"},
+        {"type": "transposed_convolution", "tensor": "d", "size": 5, "stride": 2},
+        {"type": "relu"},
+        stack.convolution("e", 3),
+        stack.convolution("f", 3),
+        {"type": "depth_to_space", "scale": 2},
+    ],
+    {"a": 18, "b": 20, "c": 37, "d": 8, "e": 24, "f": 12},
+)
+IN_WHOLE_NUMBERS_ALONE = (
+    [stack.convolution("a", 3), {"type": "relu"}, stack.convolution("b", 3), {"type": "depth_to_space", "scale": 2}],
+    {"a": 5, "b": 12},
+)
+
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
 # motion was sampled where colour was. `checked`, `held`: docs/history.md. `use`: only so many of the previous frames, whose number the golden file says.
 CASES = {
@@ -102,6 +124,8 @@ CASES = {
         "stack_all_x2": dict(scale=2, size=(14, 10), color="rgb", layers=EVERY_LAYER),
         "stack_1x1": dict(scale=2, size=(1, 1), color="luma", layers=stack.fsrcnn(2, 1, 8, 4, 1)),
         "stack_espcn_x2_held": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1), held=True),
+        "stack_int8_x2": dict(scale=2, size=(14, 10), color="rgb", layers=IN_WHOLE_NUMBERS, quantized=True),
+        "stack_int8_1x1": dict(scale=2, size=(1, 1), color="rgb", layers=IN_WHOLE_NUMBERS_ALONE, quantized=True),
     },
 }
 
@@ -159,7 +183,7 @@ def random_clarus(generator, scale, width, middle, **_):
     return network
 
 
-def random_stack(generator, scale, color, layers, held=False, **_):
+def random_stack(generator, scale, color, layers, held=False, quantized=False, **_):
     """Weights that add up to about 1 where there are no biases to centre the result."""
     network = random_weights(generator, stack.Stack(scale, *layers, color, held), 0.7)
     modules = [module for module in network.module_list if hasattr(module, "weight") and module.weight.ndim == 4]
@@ -170,6 +194,8 @@ def random_stack(generator, scale, color, layers, held=False, **_):
             modules[-1].weight.add_(0.9 / modules[-1].weight[0].numel())
         for parameter in network.parameters():
             parameter.copy_(parameter.half().float())
+        if quantized:
+            stack.quantize(network, torch.rand((1, 3, 16, 16), generator=generator))
     return network
 
 

@@ -6,6 +6,9 @@ import torch
 from . import safetensors
 
 
+QUANTIZED = ("stack",)  # pipelines whose networks run here as the program runs their quantized files
+
+
 def rounding(half):
     """Makes tensors into what a file holds: arrays in half or single precision."""
     return lambda tensor: tensor.detach().cpu().numpy().astype(np.float16 if half else np.float32)
@@ -36,8 +39,11 @@ def load(path):
     from .pipelines import FILES
 
     tensors, metadata = safetensors.load(path)
-    loaded = {name: torch.tensor(array.astype(np.float32)) for name, array in tensors.items()}
+    floats = {name: array.astype(np.float32) for name, array in tensors.items() if array.dtype.kind == "f"}
+    loaded = {name: torch.tensor(array) for name, array in {**tensors, **floats}.items()}
     module = FILES[metadata["pipeline"]]
+    if any(array.dtype == np.int8 for array in tensors.values()) and metadata["pipeline"] not in QUANTIZED:
+        raise SystemExit(f"{path} is quantized, and here only stacks are computed in whole numbers; `clarus` runs it")
     if hasattr(module, "load_model"):
         return module.load_model(loaded, metadata)
     network = module.create(scale=int(metadata["scale"]))

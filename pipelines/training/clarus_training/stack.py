@@ -10,7 +10,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import history, model_file, operators, srpo
+from . import history, model_file, operators, quantized, srpo
 
 FILTERS = {
     "nearest": lambda image, scale: F.interpolate(image, scale_factor=scale, mode="nearest"),
@@ -96,6 +96,8 @@ def channels_after(layer, channels, widths):
 
 def apply(layer, module, x):
     kind = layer["type"]
+    if kind == "transposed_convolution" and isinstance(module, quantized.QuantizedConv2d):
+        return operators.depth_to_space(module(x), layer["stride"])
     if kind in ("convolution", "transposed_convolution", "prelu"):
         return module(x)
     if kind in ("relu", "tanh", "sigmoid"):
@@ -157,12 +159,53 @@ def model_tensors(network, jitters=None, mlp=False, half=False):
     array = model_file.rounding(half)
     tensors = {}
     for layer, module in zip(network.layers, network.module_list):
-        for key, tensor in module.state_dict().items():
-            tensors[f"{layer['tensor']}.{key}"] = array(tensor)
+        if isinstance(module, quantized.QuantizedConv2d):
+            own = module.tensors
+        else:
+            own = {key: array(tensor) for key, tensor in module.state_dict().items()}
+        tensors.update({f"{layer['tensor']}.{key}": values for key, values in own.items()})
     layers = [{key: value for key, value in layer.items() if key != "bias"} for layer in network.layers]
     facts = dict(pipeline="stack", scale=str(network.scale), network_color=network.network_color)
     facts.update({"range": "held"} if network.held else {})
     return tensors, dict(facts, layers=json.dumps(layers))
+
+
+def quantize(network, seen):
+    """The network with all its convolutions in whole numbers, each for what it reads of the image `seen`, which the
+
+    network's layers start from. Transposed ones have no groups.
+    """
+    modules = list(network.module_list)
+    x = seen
+    for i, (layer, module) in enumerate(zip(network.layers, modules)):
+        if "convolution" in layer["type"]:
+            weight, bias = (parameter.detach().numpy() for parameter in (module.weight, module.bias))
+            if layer["type"] == "transposed_convolution":
+                weight = quantized.transposed(weight, layer["stride"], module.padding[0])
+                bias = bias.repeat(layer["stride"] ** 2)
+            tensors = quantized.quantize(weight, bias, *quantized.quantization_of(x))
+            modules[i] = make_quantized(layer, tensors)
+        x = apply(layer, module, x)
+    network.module_list = nn.ModuleList(modules)
+    hand_on(network)
+    return network
+
+
+def make_quantized(layer, tensors):
+    stride = layer.get("stride", 1) if layer["type"] == "convolution" else 1
+    return quantized.QuantizedConv2d(tensors, stride, layer.get("groups", 1))
+
+
+def hand_on(network):
+    """Has quantized layers hand on numbers where quantized layers alone read them."""
+    last = None
+    for layer, module in zip(network.layers, network.module_list):
+        if isinstance(module, quantized.QuantizedConv2d):
+            if last is not None:
+                last.hands_on = module.reads
+            last = module if layer["type"] == "convolution" else None
+        elif layer["type"] != "relu" or "channels" in layer:
+            last = None
 
 
 def load_model(tensors, metadata):
@@ -173,6 +216,9 @@ def load_model(tensors, metadata):
         name = layer["tensor"]
         weight = tensors[f"{name}.weight"]
         is_transposed = layer["type"] == "transposed_convolution"
+        if is_transposed and not weight.is_floating_point():
+            widths[name] = weight.shape[0] // layer["stride"] ** 2
+            continue
         widths[name] = weight.shape[1] * layer.get("groups", 1) if is_transposed else weight.shape[0]
         if layer["type"] == "convolution":
             layer["bias"] = f"{name}.bias" in tensors
@@ -181,6 +227,11 @@ def load_model(tensors, metadata):
         raise SystemExit("metadata history is checked, but a stack of layers has no history")
     colors = metadata.get("network_color", "rgb")
     network = Stack(int(metadata["scale"]), layers, widths, colors, checks["held"])
-    for layer, module in zip(network.layers, network.module_list):
+    for i, (layer, module) in enumerate(zip(network.layers, network.module_list)):
+        if "tensor" in layer and not tensors[f"{layer['tensor']}.weight"].is_floating_point():
+            own = {key: tensors[f"{layer['tensor']}.{key}"].numpy() for key in quantized.TENSORS}
+            network.module_list[i] = make_quantized(layer, own)
+            continue
         module.load_state_dict({key: tensors[f"{layer['tensor']}.{key}"] for key in module.state_dict()})
+    hand_on(network)
     return network

@@ -1,0 +1,83 @@
+"""Whole numbers against exact arithmetic: python3 -m unittest discover tests."""
+
+import os
+import tempfile
+import unittest
+from fractions import Fraction
+
+import numpy as np
+import torch
+
+from clarus_training import golden, model_file, quantized, safetensors
+from clarus_training.frame import Frame
+
+
+def halves_up(value):
+    return (2 * value + 1) // 2
+
+
+class Numbers(unittest.TestCase):
+    def test_values_are_rounded_to_even_and_clamped(self):
+        nan, infinity = float("nan"), float("inf")
+        values = torch.tensor([nan, infinity, -infinity, 0.25, 0.75, -0.25, 1e30, 0.5])
+        self.assertEqual(quantized.numbers(values, 0.5, 100).tolist(), [0, 255, 0, 100, 102, 100, 255, 101])
+
+    def test_numbers_survive_what_they_stand_for(self):
+        for scale, zero_point in ((0.0123, 0), (3.3e-4, 255), (7.7, 31)):
+            all_numbers = torch.arange(256).double()
+            values = (all_numbers - zero_point) * quantized.single(scale)
+            self.assertTrue(torch.equal(quantized.numbers(values, np.float32(scale), zero_point), all_numbers))
+
+    def test_factors_are_multiplied_with_one_rounding(self):
+        for factor in (0.2499999999, 0.1, 0.125, 3.7e-3, 1e-6, 2.4e-10, 1e-12, 0.0):
+            multiplier, shift = (int(each) for each in quantized.requantization(factor))
+            self.assertTrue(33 <= shift <= 62 and 0 <= multiplier < 2**31)
+            error = abs(Fraction(multiplier, 2**shift) - Fraction(factor))
+            self.assertLessEqual(error, max(Fraction(factor) / 2**30, Fraction(1, 2**63)))
+
+    def test_a_layer_is_what_whole_numbers_make_of_it(self):
+        rng = np.random.default_rng(1)
+        layer = quantized.QuantizedConv2d(
+            dict(
+                weight=rng.integers(-127, 128, (3, 4, 1, 1)).astype(np.int8),
+                weight_scale=np.array([0.001, 0.02, 0.003], np.float32),
+                bias=rng.integers(-5000, 5000, 3).astype(np.int32),
+                input_scale=np.array([0.02], np.float32),
+                input_zero_point=np.array([40], np.int32),
+            )
+        )
+        layer.hands_on = (np.float32(0.011), 9)
+        image = torch.from_numpy(rng.uniform(-1, 5, (1, 4, 1, 50)))
+        result = quantized.numbers(layer(image), *layer.hands_on)[0, :, 0]
+        read = quantized.numbers(image, *layer.reads)[0, :, 0].long().tolist()
+        multipliers, shifts = quantized.requantization(
+            np.float64(layer.tensors["input_scale"][0]) * layer.tensors["weight_scale"] / np.float64(np.float32(0.011))
+        )
+        for o in range(3):
+            for x in range(50):
+                total = int(layer.tensors["bias"][o])
+                for i in range(4):
+                    total += (read[i][x] - 40) * int(layer.tensors["weight"][o, i, 0, 0])
+                number = halves_up(Fraction(total * int(multipliers[o]), 2 ** int(shifts[o]))) + 9
+                self.assertEqual(int(result[o, x]), min(max(number, 0), 255))
+
+
+class Files(unittest.TestCase):
+    def test_a_quantized_file_is_the_same_network(self):
+        case = golden.CASES["stack"]["stack_int8_x2"]
+        generator = torch.Generator().manual_seed(2)
+        network = golden.random_stack(generator, **case)
+        image = torch.rand((1, 3, 10, 14), generator=generator)
+        frame = Frame(image, image[:, :1], image[:, :2], (0.0, 0.0), (0.0, 0.0))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.safetensors")
+            model_file.save(path, network, half=True)
+            loaded = model_file.load(path)
+        self.assertTrue(torch.equal(network.step(frame)[0].double(), loaded.step(frame)[0].double()))
+
+    def test_a_network_that_is_not_computed_here_says_so(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.safetensors")
+            safetensors.save(path, {"first.weight": np.zeros((1, 1, 1, 1), np.int8)}, dict(pipeline="srpo", scale="2"))
+            with self.assertRaisesRegex(SystemExit, "is quantized"):
+                model_file.load(path)
