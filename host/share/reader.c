@@ -91,7 +91,7 @@ static clarus_share_status accept_stream(clarus_share_reader* reader, const stru
     reader->description = share_description_from_wire(packet);
     status = share_lay_out(&reader->description, &reader->layout);
     if (status != CLARUS_SHARE_OK) return as_protocol_error("a stream");
-    if (packet->slot_bytes != reader->layout.slot_bytes)
+    if (packet->slot_bytes != reader->layout.slot_bytes || packet->reserved != 0)
         return share_fail(CLARUS_SHARE_PROTOCOL, "a stream whose slots have %llu bytes where %zu follow from it",
                           (unsigned long long)packet->slot_bytes, reader->layout.slot_bytes);
     status = share_map_memory("frames", descriptors[0], reader->layout.bytes, 0, &reader->memory);
