@@ -115,7 +115,11 @@ Outcome control(const std::vector<std::string>& arguments) {
     const int code = program.result();
     return {code, program.out(), program.errors()};
 }
-json state() { return json::parse(control({"game", "--json"}).out); }
+/// Empty as long as nobody serves.
+json state() {
+    const Outcome outcome = control({"game", "--json"});
+    return outcome.code == 0 ? json::parse(outcome.out) : json::object();
+}
 
 /// Until it holds, for a minute.
 template <typename Condition>
