@@ -7,21 +7,26 @@
 
 namespace clarus::cli {
 
-HostBuffers::HostBuffers(Device device, std::shared_ptr<const void> memory)
-    : device_(std::move(device)), memory_(std::move(memory)) {}
+HostBuffers::HostBuffers(const Device& device, std::shared_ptr<const void> memory)
+    : memory_(std::move(memory)), context_(device.context().context()) {
+    ocl::checked("make a queue", [&] { queue_ = cl::CommandQueue(context_, device.context().device()); });
+}
 
-void HostBuffers::replace(Image& image, size_t bytes) {
-    if (!image.host) return;
+void HostBuffers::replace(std::initializer_list<Image*> images) {
     ocl::checked("share a frame's memory with the device", [&] {
-        cl::Buffer& buffer = buffers_[image.host];
-        if (!buffer())
-            buffer = cl::Buffer(device_.context().context(), CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes, image.host);
-        // Invalidating keeps the device from writing its old copy, if it has one, over what the renderer wrote.
-        const cl::CommandQueue& queue = device_.context().queue();
-        void* mapped = queue.enqueueMapBuffer(buffer, CL_FALSE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
-        queue.enqueueUnmapMemObject(buffer, mapped);
-        image.buffer = buffer();
-        image.host = nullptr;
+        for (Image* image : images) {
+            if (!image->host) continue;
+            const size_t bytes = image->row_pitch * image->size.height;
+            cl::Buffer& buffer = buffers_[image->host];
+            if (!buffer() || buffer.getInfo<CL_MEM_SIZE>() < bytes)  // of a frame that was smaller
+                buffer = cl::Buffer(context_, CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes, image->host);
+            // Invalidating keeps the device from writing its old copy, if it has one, over what the renderer wrote.
+            void* mapped = queue_.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes);
+            queue_.enqueueUnmapMemObject(buffer, mapped);
+            image->buffer = buffer();
+            image->host = nullptr;
+        }
+        queue_.finish();
     });
 }
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/error.h"
-#include "base/image_format.h"
 #include "base/parse.h"
 #include "cli/host_buffers.h"
 
@@ -112,14 +111,7 @@ std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
     current_ = seat;
     lock.unlock();
 
-    if (seat->buffers) {
-        const SharedStream& stream = *seat->stream;
-        const auto bytes = [](const Image& image) { return image.row_pitch * image.size.height; };
-        FrameDescription& inputs = frame.inputs;
-        seat->buffers->replace(inputs.color, bytes(inputs.color));
-        if (stream.has_depth) seat->buffers->replace(inputs.depth, bytes(inputs.depth));
-        if (stream.has_motion) seat->buffers->replace(inputs.motion, bytes(inputs.motion));
-    }
+    if (seat->buffers) seat->buffers->replace({&frame.inputs.color, &frame.inputs.depth, &frame.inputs.motion});
     return {seat, &seat->upscaler};
 }
 

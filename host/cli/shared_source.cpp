@@ -169,8 +169,9 @@ std::optional<SourceFrame> SharedSource::next() {
         if (status == CLARUS_SHARE_TIMED_OUT) continue;
         log_->left();
         if (status == CLARUS_SHARE_ENDED && !goes_on_) return std::nullopt;
-        if (status != CLARUS_SHARE_ENDED && status != CLARUS_SHARE_GONE) fail_with_share(status);
-        log(LogLevel::info, "{}; waiting for the next", clarus_share_last_error());
+        const bool left_well = status == CLARUS_SHARE_ENDED || status == CLARUS_SHARE_GONE;
+        if (!left_well && !goes_on_) fail_with_share(status);
+        log(left_well ? LogLevel::info : LogLevel::warning, "{}; waiting for the next", clarus_share_last_error());
         if (!connect()) return std::nullopt;
     }
     return std::nullopt;

@@ -24,6 +24,7 @@ struct clarus_share_reader {
 
     clarus_share_description description;
     struct share_layout layout;
+    int has_greeted;          /* and waits for the answer */
     int socket;               /* -1 once the renderer has left, or was left; what it made ready can still be taken */
     clarus_share_status left; /* then: ENDED, GONE, PROTOCOL or REFUSED */
     int ready_event, free_event;
@@ -91,7 +92,7 @@ static clarus_share_status accept_stream(clarus_share_reader* reader, const stru
     reader->description = share_description_from_wire(packet);
     status = share_lay_out(&reader->description, &reader->layout);
     if (status != CLARUS_SHARE_OK) return as_protocol_error("a stream");
-    if (packet->slot_bytes != reader->layout.slot_bytes)
+    if (packet->slot_bytes != reader->layout.slot_bytes || packet->reserved != 0)
         return share_fail(CLARUS_SHARE_PROTOCOL, "a stream whose slots have %llu bytes where %zu follow from it",
                           (unsigned long long)packet->slot_bytes, reader->layout.slot_bytes);
     status = share_map_memory("frames", descriptors[0], reader->layout.bytes, 0, &reader->memory);
@@ -135,10 +136,15 @@ static clarus_share_status hear_answer(clarus_share_reader* reader) {
     return status;
 }
 
-static clarus_share_status shake_hands(clarus_share_reader* reader, int64_t deadline) {
+static clarus_share_status greet(clarus_share_reader* reader) {
     const struct share_hello hello = {share_make_head(SHARE_HELLO, sizeof hello)};
     if (share_send(reader->socket, &hello, sizeof hello, NULL, 0) != 0)
         return share_fail(CLARUS_SHARE_GONE, "the renderer of the stream %s has gone", reader->name);
+    reader->has_greeted = 1;
+    return CLARUS_SHARE_OK;
+}
+
+static clarus_share_status await_answer(clarus_share_reader* reader, int64_t deadline) {
     for (;;) {
         clarus_share_status status = wait_for(reader, reader->socket, share_left(deadline));
         if (status == CLARUS_SHARE_OK) status = hear_answer(reader);
@@ -150,10 +156,17 @@ static clarus_share_status shake_hands(clarus_share_reader* reader, int64_t dead
 
 clarus_share_status clarus_share_reader_connect(clarus_share_reader* reader, int timeout_ms) {
     const int64_t deadline = share_deadline(timeout_ms);
-    disconnect(reader);
+    /* A renderer that takes long for a frame answers when it is done: a greeting stands until then. */
+    if (!reader->has_greeted) disconnect(reader);
     for (;;) {
-        clarus_share_status status = share_connect(reader->name, SHARE_FRAMES_SUFFIX, &reader->socket);
-        if (status == CLARUS_SHARE_OK) status = shake_hands(reader, deadline);
+        clarus_share_status status = CLARUS_SHARE_OK;
+        if (!reader->has_greeted) {
+            status = share_connect(reader->name, SHARE_FRAMES_SUFFIX, &reader->socket);
+            if (status == CLARUS_SHARE_OK) status = greet(reader);
+        }
+        if (status == CLARUS_SHARE_OK) status = await_answer(reader, deadline);
+        if (status == CLARUS_SHARE_TIMED_OUT) return status;
+        reader->has_greeted = 0;
         if (status == CLARUS_SHARE_OK) return status;
         disconnect(reader);
         const int left = share_left(deadline);

@@ -15,7 +15,7 @@
 #include "share/peer.h"
 
 /* Who connects and says nothing for so long is turned away, so that the next can come. */
-enum { HELLO_MS = 1000 };
+enum { HELLO_MS = 1000, MOST_AT_DOOR = 8 };
 
 struct clarus_share_stream {
     clarus_share_description description;
@@ -160,6 +160,16 @@ static void hear_pending(clarus_share_stream* stream) {
     share_close(&stream->pending);
 }
 
+/* Whoever waits at the door, until one has not spoken yet: those that have gone again hold up nobody. */
+static void open_door(clarus_share_stream* stream) {
+    for (int i = 0; i < MOST_AT_DOOR && stream->pending < 0; ++i) {
+        stream->pending = share_accept(stream->endpoint.socket);
+        if (stream->pending < 0) return;
+        stream->pending_until = share_now() + HELLO_MS;
+        hear_pending(stream);
+    }
+}
+
 static void hear_reader(clarus_share_stream* stream) {
     struct share_leave packet;
     const ssize_t came = share_receive(stream->reader, &packet, sizeof packet, NULL, 0, NULL);
@@ -190,11 +200,7 @@ static clarus_share_status attend(clarus_share_stream* stream, int timeout_ms) {
         hear_pending(stream);
     else if (stream->pending >= 0 && share_left(stream->pending_until) == 0)
         share_close(&stream->pending);
-    if (events[LISTENER].revents) {
-        stream->pending = share_accept(stream->endpoint.socket);
-        stream->pending_until = share_now() + HELLO_MS;
-        if (stream->pending >= 0) hear_pending(stream); /* as a rule it has spoken */
-    }
+    if (events[LISTENER].revents) open_door(stream);
     if (__atomic_load_n(&stream->cancelled, __ATOMIC_SEQ_CST))
         return share_fail(CLARUS_SHARE_CANCELLED, "the wait for the upscaler was cancelled");
     look_at_reader(stream);

@@ -271,6 +271,24 @@ TEST_CASE("waits end in time and when they are cancelled") {
     CHECK(clarus_share_drain(stream.get(), CLARUS_SHARE_NO_LIMIT) == CLARUS_SHARE_CANCELLED);
 }
 
+TEST_CASE("a renderer that takes longer for a frame than a reader waits is connected to in the end") {
+    const RuntimeFolder folder;
+    clarus_share_description description = plain_description(4, 4);
+    description.policy = CLARUS_SHARE_NEWEST_FRAME;  // begin never waits
+    const SharedStream stream = open_stream("game", description);
+    for (int i = 0; i < 5; ++i) {  // come and gone before the renderer looked
+        const SharedReader impatient = open_reader("game");
+        CHECK(clarus_share_reader_connect(impatient.get(), 1) == CLARUS_SHARE_TIMED_OUT);
+    }
+    const SharedReader reader = open_reader("game");
+    CHECK(clarus_share_reader_connect(reader.get(), 1) == CLARUS_SHARE_TIMED_OUT);
+    CHECK(clarus_share_reader_connect(reader.get(), 1) == CLARUS_SHARE_TIMED_OUT);
+    share(stream.get(), 0);
+    share(stream.get(), 1);
+    CHECK(clarus_share_reader_connect(reader.get(), 1) == CLARUS_SHARE_OK);
+    CHECK(taken(reader.get()).number == 1);
+}
+
 TEST_CASE("frames of a renderer that closed are still taken, then the stream has ended") {
     const RuntimeFolder folder;
     for (const clarus_share_policy policy : {CLARUS_SHARE_EVERY_FRAME, CLARUS_SHARE_NEWEST_FRAME}) {

@@ -171,7 +171,8 @@ typedef struct clarus_share_reader clarus_share_reader;
 clarus_share_status clarus_share_reader_open(const char* name, clarus_share_reader** reader);
 
 /* Waits for the stream and connects, again after CLARUS_SHARE_GONE, ENDED or PROTOCOL; frames of an earlier connection
-   are released. The first frame resets. */
+   are released. The renderer answers in its clarus_share_begin; after CLARUS_SHARE_TIMED_OUT the next call goes on
+   waiting for that. The first frame resets. */
 clarus_share_status clarus_share_reader_connect(clarus_share_reader* reader, int timeout_ms);
 
 /* Of the stream connected to last, row pitches filled in. */
