@@ -18,6 +18,7 @@ using graph::QuantizedWeights;
 constexpr int kBlock = 16;       // output channels that are computed as one vector
 constexpr int kHead = 16;        // numbers before those of output channels
 constexpr int kQuad = 4;         // output channels, where there are no more
+constexpr int kMostQuads = 2;    // more are a block
 constexpr int kBytesAtOnce = 4;  // input channels that VNNI multiplies in a step
 
 int padded_channels(const Parameters& parameters) { return round_up(parameters.out_channels, kBlock); }
@@ -127,9 +128,12 @@ struct Tiles {
           steps(ceil_divide(parameters.in_channels, vnni ? kBytesAtOnce : 1)),
           wide_steps(ceil_divide(parameters.in_channels, kBlock)) {}
 
+    /// Where they take fewer steps than one more block.
     static int quads_of(const Parameters& parameters) {
-        const int rest = parameters.out_channels % kBlock;
-        return rest <= kBlock / 2 ? ceil_divide(rest, kQuad) : 0;
+        const int quads = ceil_divide(parameters.out_channels % kBlock, kQuad);
+        const bool pays =
+            quads * ceil_divide(parameters.in_channels, kBlock) < ceil_divide(parameters.in_channels, kBytesAtOnce);
+        return quads <= kMostQuads && pays ? quads : 0;
     }
 
     size_t quads_begin() const { return size_t(blocks) * kBlock * taps * steps; }  // in numbers of four bytes
