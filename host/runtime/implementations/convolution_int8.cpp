@@ -94,6 +94,13 @@ const std::int8_t* weights_of(const Parameters& parameters, int set) {
     return parameters.quantized->weights.data() + set * parameters.weights_per_set();
 }
 
+/// Pixels one after another, dense weights, a result for each pixel.
+bool is_dense(const Problem& problem) {
+    const auto in_pixels = [](const TensorLayout& layout) { return layout.block == 1; };
+    return std::all_of(problem.inputs.begin(), problem.inputs.end(), in_pixels) && in_pixels(problem.output) &&
+           problem.parameters->groups == 1 && problem.parameters->stride == 1;
+}
+
 // --- plain
 
 std::vector<std::int32_t> pack_plain(const Convolution& convolution, const Parameters& parameters, const Choices&,
@@ -114,6 +121,55 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     lowered.packing = packing(problem, choices, pack_plain);
     return lowered;
 }
+
+// --- tiled: staged in local memory by many work-items
+
+std::vector<std::int32_t> pack_tiled(const Convolution& convolution, const Parameters& parameters, const Choices&,
+                                     int set) {
+    std::vector<std::int32_t> packed = packed_head(convolution, parameters, set, graph::centred_bias);
+    const size_t head = packed.size();
+    const int taps = parameters.taps(), fours = ceil_divide(parameters.in_channels, kBytesAtOnce);
+    packed.resize(head + size_t(padded_channels(parameters)) * fours * taps);
+    auto* bytes = reinterpret_cast<std::int8_t*>(&packed[head]);
+    const std::int8_t* weight = weights_of(parameters, set);
+    for (int out = 0; out < parameters.out_channels; ++out) {
+        for (int in = 0; in < parameters.in_channels; ++in) {
+            for (int tap = 0; tap < taps; ++tap, ++weight) {
+                const size_t vector = size_t(out / kBlock * fours + in / kBytesAtOnce) * taps + tap;
+                bytes[(vector * kBlock + out % kBlock) * kBytesAtOnce + in % kBytesAtOnce] = *weight;
+            }
+        }
+    }
+    return packed;
+}
+
+std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
+    constexpr int kChunk = 16, kPixels = 4;
+    const int margin = problem.parameters->kernel - 1;
+    std::vector<Choices> result;
+    for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
+        const size_t patch = size_t(kChunk) * (width * kPixels + margin) * (height + margin);
+        const size_t work_items = static_cast<size_t>(width) * height;
+        if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
+        result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", kPixels}, {"CHUNK", kChunk}});
+    }
+    return result;
+}
+
+int prefer_tiled(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = is_dense(problem) && !tiled_choices(problem, profile).empty();
+    return fits && wants_many_work_items(profile) ? 3 : 0;
+}
+
+Lowered lower_tiled(const Problem& problem, const Choices& choices) {
+    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS"))),
+                                       static_cast<size_t>(problem.output.height)};
+    Lowered lowered = lower(problem, choices, "convolution_int8_tiled", global);
+    lowered.packing = packing(problem, choices, pack_tiled);
+    return lowered;
+}
+
+// --- register tiles
 
 /// What of a layer's output channels is computed in blocks, and what by VNNI in vectors of sixteen input channels.
 struct Tiles {
@@ -180,13 +236,6 @@ std::vector<std::int32_t> pack_tiles(const Convolution& convolution, const Param
     return packed;
 }
 
-/// Pixels one after another, dense weights, a result for each pixel.
-bool is_dense(const Problem& problem) {
-    const auto in_pixels = [](const TensorLayout& layout) { return layout.block == 1; };
-    return std::all_of(problem.inputs.begin(), problem.inputs.end(), in_pixels) && in_pixels(problem.output) &&
-           problem.parameters->groups == 1 && problem.parameters->stride == 1;
-}
-
 /// Whether no sum reaches what a float counts to.
 bool is_exact_in_float(const Problem& problem) {
     constexpr double kWholeFloats = 1 << 24;
@@ -195,55 +244,6 @@ bool is_exact_in_float(const Problem& problem) {
         if (graph::largest_sum(weights, channel) > kWholeFloats) return false;
     return true;
 }
-
-// --- tiled: staged in local memory by many work-items
-
-std::vector<std::int32_t> pack_tiled(const Convolution& convolution, const Parameters& parameters, const Choices&,
-                                     int set) {
-    std::vector<std::int32_t> packed = packed_head(convolution, parameters, set, graph::centred_bias);
-    const size_t head = packed.size();
-    const int taps = parameters.taps(), fours = ceil_divide(parameters.in_channels, kBytesAtOnce);
-    packed.resize(head + size_t(padded_channels(parameters)) * fours * taps);
-    auto* bytes = reinterpret_cast<std::int8_t*>(&packed[head]);
-    const std::int8_t* weight = weights_of(parameters, set);
-    for (int out = 0; out < parameters.out_channels; ++out) {
-        for (int in = 0; in < parameters.in_channels; ++in) {
-            for (int tap = 0; tap < taps; ++tap, ++weight) {
-                const size_t vector = size_t(out / kBlock * fours + in / kBytesAtOnce) * taps + tap;
-                bytes[(vector * kBlock + out % kBlock) * kBytesAtOnce + in % kBytesAtOnce] = *weight;
-            }
-        }
-    }
-    return packed;
-}
-
-std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
-    constexpr int kChunk = 16, kPixels = 4;
-    const int margin = problem.parameters->kernel - 1;
-    std::vector<Choices> result;
-    for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
-        const size_t patch = size_t(kChunk) * (width * kPixels + margin) * (height + margin);
-        const size_t work_items = static_cast<size_t>(width) * height;
-        if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
-        result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", kPixels}, {"CHUNK", kChunk}});
-    }
-    return result;
-}
-
-int prefer_tiled(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = is_dense(problem) && !tiled_choices(problem, profile).empty();
-    return fits && wants_many_work_items(profile) ? 3 : 0;
-}
-
-Lowered lower_tiled(const Problem& problem, const Choices& choices) {
-    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS"))),
-                                       static_cast<size_t>(problem.output.height)};
-    Lowered lowered = lower(problem, choices, "convolution_int8_tiled", global);
-    lowered.packing = packing(problem, choices, pack_tiled);
-    return lowered;
-}
-
-// --- register tiles
 
 std::vector<Choices> tile_choices(const Problem& problem, const DeviceProfile& profile, size_t operand, bool vnni) {
     struct RegisterTile {
