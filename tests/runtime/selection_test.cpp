@@ -85,6 +85,7 @@ TEST_CASE("what GPUs, CPUs and DSPs are given of all networks and filters") {
     const std::string many_work_items = R"(collect: collect
 compose: compose
 easu: easu
+int8: int8 tiled
 plain: tiled
 pointwise: pointwise, pointwise cells
 rcas: rcas
@@ -99,6 +100,7 @@ warp sharply: warp sharply
     const std::string vectors = R"(collect: collect lanes
 compose: compose lanes
 easu: easu cells
+int8: int8 in float
 plain: direct, winograd
 pointwise: pointwise, pointwise cells, pointwise four cells
 rcas: rcas strips
@@ -136,6 +138,22 @@ TEST_CASE("a convolution's kernel follows from its shape and the device's class"
     for (const DeviceProfile& any : {gpu, cpu, dsp, scalar})
         for (const graph::Parameters& parameters : {groups, strided})
             CHECK(chosen_for(parameters, any).starts_with("plain"));
+}
+
+TEST_CASE("a convolution in whole numbers is by VNNI where there is such a thing") {
+    graph::Parameters parameters{20, 16};
+    graph::QuantizedWeights& weights = parameters.quantized.emplace();
+    weights.weights.assign(parameters.weights_per_set(), 1);
+    weights.scales.assign(20, 1);
+    weights.biases.assign(20, 0);
+    Problem problem = convolution(parameters);
+    std::get<graph::Convolution>(problem.node.op).rounds = weights.input;
+    DeviceProfile cpu = device(DeviceClass::cpu, 16);
+    CHECK(built_in_selection(problem, cpu).describe().starts_with("int8 in float"));
+    cpu.vnni = true;
+    CHECK(built_in_selection(problem, cpu).describe().starts_with("int8 by VNNI"));
+    parameters.groups = 4;
+    CHECK(built_in_selection(problem, cpu).implementation->name == "int8");
 }
 
 TEST_CASE("what does not fit a device's memory or work-groups is not chosen") {

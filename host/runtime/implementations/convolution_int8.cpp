@@ -18,6 +18,7 @@ using graph::QuantizedWeights;
 constexpr int kBlock = 16;       // output channels that are computed as one vector
 constexpr int kHead = 16;        // numbers before those of output channels
 constexpr int kQuad = 4;         // output channels, where there are no more
+constexpr int kMostQuads = 2;    // more are a block
 constexpr int kBytesAtOnce = 4;  // input channels that VNNI multiplies in a step
 
 int padded_channels(const Parameters& parameters) { return round_up(parameters.out_channels, kBlock); }
@@ -93,6 +94,13 @@ const std::int8_t* weights_of(const Parameters& parameters, int set) {
     return parameters.quantized->weights.data() + set * parameters.weights_per_set();
 }
 
+/// Pixels one after another, dense weights, a result for each pixel.
+bool is_dense(const Problem& problem) {
+    const auto in_pixels = [](const TensorLayout& layout) { return layout.block == 1; };
+    return std::all_of(problem.inputs.begin(), problem.inputs.end(), in_pixels) && in_pixels(problem.output) &&
+           problem.parameters->groups == 1 && problem.parameters->stride == 1;
+}
+
 // --- plain
 
 std::vector<std::int32_t> pack_plain(const Convolution& convolution, const Parameters& parameters, const Choices&,
@@ -114,6 +122,53 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     return lowered;
 }
 
+// --- tiled: staged in local memory by many work-items
+
+std::vector<std::int32_t> pack_tiled(const Convolution& convolution, const Parameters& parameters, const Choices&,
+                                     int set) {
+    std::vector<std::int32_t> packed = packed_head(convolution, parameters, set, graph::centred_bias);
+    const size_t head = packed.size();
+    const int taps = parameters.taps(), fours = ceil_divide(parameters.in_channels, kBytesAtOnce);
+    packed.resize(head + size_t(padded_channels(parameters)) * fours * taps);
+    auto* bytes = reinterpret_cast<std::int8_t*>(&packed[head]);
+    const std::int8_t* weight = weights_of(parameters, set);
+    for (int out = 0; out < parameters.out_channels; ++out) {
+        for (int in = 0; in < parameters.in_channels; ++in) {
+            for (int tap = 0; tap < taps; ++tap, ++weight) {
+                const size_t vector = size_t(out / kBlock * fours + in / kBytesAtOnce) * taps + tap;
+                bytes[(vector * kBlock + out % kBlock) * kBytesAtOnce + in % kBytesAtOnce] = *weight;
+            }
+        }
+    }
+    return packed;
+}
+
+std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& profile) {
+    constexpr int kChunk = 16, kPixels = 4;
+    const int margin = problem.parameters->kernel - 1;
+    std::vector<Choices> result;
+    for (const auto& [width, height] : {std::pair{16, 8}, {32, 4}, {8, 8}}) {
+        const size_t patch = size_t(kChunk) * (width * kPixels + margin) * (height + margin);
+        const size_t work_items = static_cast<size_t>(width) * height;
+        if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
+        result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", kPixels}, {"CHUNK", kChunk}});
+    }
+    return result;
+}
+
+int prefer_tiled(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = is_dense(problem) && !tiled_choices(problem, profile).empty();
+    return fits && wants_many_work_items(profile) ? 3 : 0;
+}
+
+Lowered lower_tiled(const Problem& problem, const Choices& choices) {
+    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS"))),
+                                       static_cast<size_t>(problem.output.height)};
+    Lowered lowered = lower(problem, choices, "convolution_int8_tiled", global);
+    lowered.packing = packing(problem, choices, pack_tiled);
+    return lowered;
+}
+
 // --- register tiles
 
 /// What of a layer's output channels is computed in blocks, and what by VNNI in vectors of sixteen input channels.
@@ -127,9 +182,12 @@ struct Tiles {
           steps(ceil_divide(parameters.in_channels, vnni ? kBytesAtOnce : 1)),
           wide_steps(ceil_divide(parameters.in_channels, kBlock)) {}
 
+    /// Where they take fewer steps than one more block.
     static int quads_of(const Parameters& parameters) {
-        const int rest = parameters.out_channels % kBlock;
-        return rest <= kBlock / 2 ? ceil_divide(rest, kQuad) : 0;
+        const int quads = ceil_divide(parameters.out_channels % kBlock, kQuad);
+        const bool pays =
+            quads * ceil_divide(parameters.in_channels, kBlock) < ceil_divide(parameters.in_channels, kBytesAtOnce);
+        return quads <= kMostQuads && pays ? quads : 0;
     }
 
     size_t quads_begin() const { return size_t(blocks) * kBlock * taps * steps; }  // in numbers of four bytes
@@ -176,13 +234,6 @@ std::vector<std::int32_t> pack_tiles(const Convolution& convolution, const Param
         }
     }
     return packed;
-}
-
-/// Pixels one after another, dense weights, a result for each pixel.
-bool is_dense(const Problem& problem) {
-    const auto in_pixels = [](const TensorLayout& layout) { return layout.block == 1; };
-    return std::all_of(problem.inputs.begin(), problem.inputs.end(), in_pixels) && in_pixels(problem.output) &&
-           problem.parameters->groups == 1 && problem.parameters->stride == 1;
 }
 
 /// Whether no sum reaches what a float counts to.
@@ -253,6 +304,7 @@ Lowered lower_tiles(const Problem& problem, const Choices& choices) {
 std::span<const Implementation> quantized_convolution_implementations() {
     static const Implementation implementations[] = {
         {"int8 by VNNI", prefer_vnni, vnni_choices, lower_tiles},
+        {"int8 tiled", prefer_tiled, tiled_choices, lower_tiled},
         {"int8 in float", prefer_exact, exact_choices, lower_tiles},
         {"int8", obvious, group_choices, lower_plain},
     };

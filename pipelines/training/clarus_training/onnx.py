@@ -12,7 +12,7 @@ from typing import NamedTuple
 import torch
 from torch import nn
 
-from . import enss, model_file, nss, operators
+from . import enss, model_file, nss, operators, quantized
 from .frame import Frame
 from .layers import linear_at_last, through
 
@@ -209,6 +209,11 @@ def smooth_frame(network, size, seed=0):
     return Frame(image(3), image(1), 6 * image(2) - 3, own_jitter(network))
 
 
+def refuse_quantized(network):
+    if any(isinstance(module, quantized.QuantizedConv2d) for module in network.modules()):
+        raise SystemExit("a quantized network's whole numbers cannot be exported; export the one in floating point")
+
+
 def save(path, graph):
     """Writes the graph; needs no package beside PyTorch."""
     # Since 2.9 the exporter that traces has to be asked for.
@@ -234,6 +239,7 @@ def main():
     parser.add_argument("--part", choices=sorted(GRAPHS), default="frame")
     arguments = parser.parse_args()
     network = model_file.load(arguments.model)
+    refuse_quantized(network)
     size = tuple(int(extent) for extent in arguments.size.split("x"))
     graph = GRAPHS[arguments.part](network, smooth_frame(network, size))
     save(arguments.graph, graph)
