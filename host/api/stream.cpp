@@ -236,9 +236,10 @@ void Stream::prepare(const std::function<void(double)>& progress) {
     if (has_one_part()) choices_.emplace(plan(), device_.profile());
     const std::vector<std::unique_ptr<runtime::Plan>> others = other_plans();
     const double begin = measures ? 0.5 : 0;
-    program_ = std::make_unique<runtime::Program>(device_.context(), part_plans(), links_, others, options_, [&](double done) {
-        if (progress) progress(begin + (1 - begin) * done);
-    });
+    program_ =
+        std::make_unique<runtime::Program>(device_.context(), part_plans(), links_, others, options_, [&](double done) {
+            if (progress) progress(begin + (1 - begin) * done);
+        });
 }
 
 cl_context Stream::context_of_images() const {
