@@ -19,23 +19,22 @@ typedef struct {
     float weights[MOST_TAPS];
 } Window;
 
-// Of pixel x of `to`; the source has `from`. Sides are up to 2^15.
-INLINE Window window_of(int x, int from, int to, int enlarges) {
-    Window window;
+// Of pixel x of `to`; the source has `from`. Sides are up to 2^15. Not a result: Oclgrind does not read what its
+// compiler makes of a struct that an inlined function returns.
+INLINE void find_window(Window* window, int x, int from, int to, int enlarges) {
     if (enlarges) {
         float fraction;
-        window.first = resized_coordinate(x, from, to, &fraction) - 1;
-        vstore4(keys(fraction), 0, window.weights);
-        window.count = 4;
+        window->first = resized_coordinate(x, from, to, &fraction) - 1;
+        vstore4(keys(fraction), 0, window->weights);
+        window->count = 4;
     } else {
-        window.first = x * from / to;
-        const int begin = x * from - window.first * to, end = begin + from;  // in units of 1 / to
-        window.count = (end - 1) / to + 1;
+        window->first = x * from / to;
+        const int begin = x * from - window->first * to, end = begin + from;  // in units of 1 / to
+        window->count = (end - 1) / to + 1;
 #pragma unroll
         for (int i = 0; i < MOST_TAPS; ++i)
-            window.weights[i] = (float)(min((i + 1) * to, end) - max(i * to, begin)) / from;
+            window->weights[i] = (float)(min((i + 1) * to, end) - max(i * to, begin)) / from;
     }
-    return window;
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void fit(Sizes given, global const storage* in,
@@ -43,8 +42,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void fit(Sizes given
     TAKE(sizes);
     const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const Window columns = window_of(x, IN_WIDTH, OUT_WIDTH, ENLARGES_X);
-    const Window rows = window_of(y, IN_HEIGHT, OUT_HEIGHT, ENLARGES_Y);
+    Window columns, rows;
+    find_window(&columns, x, IN_WIDTH, OUT_WIDTH, ENLARGES_X);
+    find_window(&rows, y, IN_HEIGHT, OUT_HEIGHT, ENLARGES_Y);
     for (int c = 0; c < OUT_CHANNELS; c += 4) {
         float4 sum = 0, least = 1, greatest = 0;
         for (int i = 0; i < columns.count; ++i) {
@@ -84,12 +84,13 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void fit_strip(Sizes
     const int x0 = PIXELS * get_global_id(0), y0 = ROWS * ROW_ITEM(1);
     const int pixels = min(PIXELS, OUT_WIDTH - x0), rows = min(ROWS, OUT_HEIGHT - y0);
     Window columns[PIXELS];
-    for (int i = 0; i < pixels; ++i) columns[i] = window_of(x0 + i, IN_WIDTH, OUT_WIDTH, ENLARGES_X);
+    for (int i = 0; i < pixels; ++i) find_window(&columns[i], x0 + i, IN_WIDTH, OUT_WIDTH, ENLARGES_X);
     const int first_column = columns[0].first;
     const int vectors = (columns[pixels - 1].first + columns[pixels - 1].count - first_column + 3) / 4;
     const bool inside = first_column >= 0 && first_column + 4 * vectors <= IN_WIDTH;
     for (int row = 0; row < rows; ++row) {
-        const Window lines = window_of(y0 + row, IN_HEIGHT, OUT_HEIGHT, ENLARGES_Y);
+        Window lines;
+        find_window(&lines, y0 + row, IN_HEIGHT, OUT_HEIGHT, ENLARGES_Y);
         const int line_count = ENLARGES_Y ? 4 : lines.count;
         int places[MOST_TAPS];
         for (int j = 0; j < line_count; ++j) places[j] = AT(IN, 0, clamp(lines.first + j, 0, IN_HEIGHT - 1), 0);
