@@ -83,8 +83,9 @@ std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fus
     const std::unique_ptr<runtime::Plan> plan =
         runtime::make_plan(fused, options, context.profile(),
                            [&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });
-    const runtime::PartPlan part{&context, plan.get()};
-    runtime::Program program(context, {&part, 1}, {}, {}, options, {});
+    const std::shared_ptr<ocl::Context> profiling = context.with_another_queue();  // a caller's queue may not
+    const runtime::PartPlan part{profiling.get(), plan.get()};
+    runtime::Program program(*profiling, {&part, 1}, {}, {}, options, {});
     const FlatFrame flat(sizes, options);
     for (int frame = 0; frame < kFrames; ++frame) program.submit(flat.frame(), constants)->done.wait();
     const std::vector<StageProfile> profile = program.take_profile();

@@ -59,12 +59,11 @@ std::vector<runtime::PartPlan> Stream::part_plans() const {
 
 void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places) {
     graph::Partition partition = graph::partition(graph, places);
-    links_ = std::move(partition.links);
-    parts_.clear();
+    std::vector<Part> parts;
     std::vector<bool> has_queue(device_.contexts().size(), false);
     for (graph::Part& each : partition.parts) {
         const std::shared_ptr<ocl::Context>& own = device_.contexts()[each.place];
-        Part& part = parts_.emplace_back();
+        Part& part = parts.emplace_back();
         part.context = has_queue[each.place] ? own->with_another_queue() : own;
         part.device = each.place;
         part.graph = std::move(each.graph);
@@ -72,6 +71,8 @@ void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places)
         plan_part(part, [&](const runtime::Problem& problem) { return part.tuner->select_without_measuring(problem); });
         has_queue[each.place] = true;
     }
+    parts_ = std::move(parts);
+    links_ = std::move(partition.links);
     take_memory_requirements();
 }
 
@@ -101,7 +102,8 @@ std::vector<PlacedPart> Stream::placement() const {
     for (size_t index = 0; index < parts_.size(); ++index) {
         const runtime::Plan& plan = *parts_[index].plan;
         PlacedPart part{parts_[index].device, {}, parts_[index].seconds, 0};
-        for (const runtime::PlannedStage& stage : plan.stages) part.stages.push_back(stage.problem.node.name);
+        for (const runtime::PlannedStage& stage : plan.stages)
+            if (!runtime::is_copy(stage)) part.stages.push_back(stage.problem.node.name);
         for (const graph::Link& link : links_) {
             if (link.to != static_cast<int>(index) || parts_[link.from].device == part.device) continue;
             if (const runtime::TensorLayout* layout = plan.imports()[link.to_port])
@@ -243,10 +245,7 @@ void Stream::prepare(const std::function<void(double)>& progress) {
 }
 
 cl_context Stream::context_of_images() const {
-    const cl_context first = device_.context().context()();
-    for (const auto& context : device_.contexts())
-        if (context->context()() != first) return nullptr;
-    return first;
+    return device_.is_one_context() ? device_.context().context()() : nullptr;
 }
 
 FrameEvent Stream::submit(const FrameDescription& frame) {

@@ -69,7 +69,7 @@ Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue,
 
 std::shared_ptr<Context> Context::with_another_queue() const {
     const auto other = std::make_shared<Context>(context_, device_, profile_);
-    other->programs_compiled_ = programs_compiled_;
+    other->programs_ = programs_;
     return other;
 }
 
@@ -89,9 +89,9 @@ std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
     std::vector<size_t> of_missing;
     const auto key_of = [](const ProgramUnit& unit) { return cache_key({unit.name, unit.source, unit.options}); };
     {
-        const std::lock_guard lock(mutex_);
+        const std::lock_guard lock(programs_->mutex);
         for (size_t i = 0; i < units.size(); ++i) {
-            if (const auto known = units_.find(key_of(units[i])); known != units_.end()) {
+            if (const auto known = programs_->units.find(key_of(units[i])); known != programs_->units.end()) {
                 places[i] = known->second;
             } else {
                 missing.push_back(units[i]);
@@ -108,9 +108,9 @@ std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
         std::iota(of_missing.begin(), of_missing.end(), size_t{0});
     }
     const cl::Program program_of_missing = program(missing);
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(programs_->mutex);
     for (size_t i = 0; i < missing.size(); ++i)
-        units_[key_of(missing[i])] = places[of_missing[i]] = {program_of_missing, i};
+        programs_->units[key_of(missing[i])] = places[of_missing[i]] = {program_of_missing, i};
     return places;
 }
 
@@ -122,8 +122,8 @@ cl::Program Context::program(std::span<const ProgramUnit> units) {
     std::shared_future<cl::Program> program;
     bool is_first = false;
     {
-        const std::lock_guard lock(mutex_);
-        const auto [entry, inserted] = programs_.try_emplace(key);
+        const std::lock_guard lock(programs_->mutex);
+        const auto [entry, inserted] = programs_->programs.try_emplace(key);
         if (inserted) entry->second = promise.get_future().share();
         program = entry->second;
         is_first = inserted;
@@ -133,8 +133,8 @@ cl::Program Context::program(std::span<const ProgramUnit> units) {
             promise.set_value(load_or_compile(units, text, key));
         } catch (...) {
             promise.set_exception(std::current_exception());
-            const std::lock_guard lock(mutex_);
-            programs_.erase(key);  // the next to ask tries again
+            const std::lock_guard lock(programs_->mutex);
+            programs_->programs.erase(key);  // the next to ask tries again
         }
     }
     return program.get();
@@ -157,9 +157,9 @@ cl::Program Context::load_or_compile(std::span<const ProgramUnit> units, const s
     cl::Program program = build(units, text);
     log(LogLevel::debug, "compiled {} in {:.0f} ms", describe(units),
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    ++*programs_compiled_;
-    const std::lock_guard lock(mutex_);
-    unsaved_.emplace(key, program);
+    ++programs_->compiled;
+    const std::lock_guard lock(programs_->mutex);
+    programs_->unsaved.emplace(key, program);
     return program;
 }
 
@@ -182,8 +182,8 @@ cl::Program Context::build(std::span<const ProgramUnit> units, const std::string
 void Context::save_programs() {
     std::map<CacheKey, cl::Program> unsaved;
     {
-        const std::lock_guard lock(mutex_);
-        unsaved.swap(unsaved_);
+        const std::lock_guard lock(programs_->mutex);
+        unsaved.swap(programs_->unsaved);
     }
     for (const auto& [key, program] : unsaved) {
         if (driver_keeps_programs_) {

@@ -37,7 +37,7 @@ class Context {
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
-    /// The same device in the same OpenCL context, with another queue. What it compiles counts as this one's.
+    /// The same device in the same OpenCL context, with another queue and the same programs.
     std::shared_ptr<Context> with_another_queue() const;
 
     const DeviceProfile& profile() const { return profile_; }
@@ -66,7 +66,7 @@ class Context {
     void save_programs();
 
     /// How many programs this context has compiled: 0 where memory, disk and driver had them all.
-    int programs_compiled() const { return *programs_compiled_; }
+    int programs_compiled() const { return programs_->compiled; }
 
   private:
     cl::Program load_or_compile(std::span<const ProgramUnit> units, const std::string& text, const CacheKey& key);
@@ -82,11 +82,15 @@ class Context {
     DiskCache disk_cache_;
     std::string identity_;  // of the device and its driver
     bool driver_keeps_programs_;
-    std::mutex mutex_;  // guards what follows
-    std::map<CacheKey, std::shared_future<cl::Program>> programs_;
-    std::map<CacheKey, UnitPlace> units_;  // of places()
-    std::map<CacheKey, cl::Program> unsaved_;
-    std::shared_ptr<std::atomic<int>> programs_compiled_ = std::make_shared<std::atomic<int>>(0);
+    /// Shared by all queues of the device in this context.
+    struct Programs {
+        std::mutex mutex;  // guards the maps
+        std::map<CacheKey, std::shared_future<cl::Program>> programs;
+        std::map<CacheKey, UnitPlace> units;  // of places()
+        std::map<CacheKey, cl::Program> unsaved;
+        std::atomic<int> compiled = 0;
+    };
+    std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();
 };
 
 }  // namespace clarus::ocl

@@ -90,6 +90,11 @@ std::vector<DeviceProfile> Device::profiles() const {
     return profiles;
 }
 
+bool Device::is_one_context() const {
+    return std::all_of(contexts_.begin(), contexts_.end(),
+                       [&](const auto& each) { return each->context()() == context().context()(); });
+}
+
 int Device::programs_compiled() const {
     int programs = 0;
     for (const auto& context : contexts_) programs += context->programs_compiled();

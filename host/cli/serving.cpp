@@ -78,7 +78,7 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     check_resources(upscaler, model, *stream, name_);
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
-    if (device.profile().unified_memory) buffers.emplace(device, stream);
+    if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
     return std::make_shared<Seat>(
         Seat{std::move(stream), std::move(device), std::move(model), std::move(upscaler), std::move(buffers)});
 }

@@ -93,7 +93,12 @@ void join_through_concat(Graph& graph) {
     for (Value concat = 0; concat < end; ++concat) {
         if (!std::holds_alternative<Concat>(graph.nodes[concat].op)) continue;
         const std::vector<Value> parts = graph.nodes[concat].inputs;
-        const auto absorbed = [&](Value part) { return as_pointwise(graph, part) && uses.by_nodes[part] == 1; };
+        const auto is_export = [&](Value part) {
+            return std::find(graph.exports.begin(), graph.exports.end(), part) != graph.exports.end();
+        };
+        const auto absorbed = [&](Value part) {
+            return as_pointwise(graph, part) && uses.by_nodes[part] == 1 && !is_export(part);
+        };
         const auto gathered = [&](Value part) {
             const Operator& op = graph.nodes[part].op;
             return absorbed(part) || std::holds_alternative<Slice>(op) || std::holds_alternative<ZeroUpsample>(op);

@@ -29,7 +29,7 @@ struct PlacementTime {
 PlacementTime placement_time(const graph::Graph& graph, const std::vector<int>& places, const PlacementCosts& costs);
 
 /// The placement with the fewest seconds from frame to frame; of many stages, what moving neighbouring ones to another
-/// device makes of all on one, for as long as it gets better. All on one device unless others save 3 % at least.
+/// device makes of all on one, for as long as it gets better. All on one device unless others save 5 % at least.
 std::vector<int> place_for_speed(const graph::Graph& graph, const PlacementCosts& costs);
 
 }  // namespace clarus::runtime

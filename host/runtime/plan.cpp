@@ -137,6 +137,11 @@ std::map<int, Lowered> Plan::convolutions() const {
     return result;
 }
 
+bool is_copy(const PlannedStage& stage) {
+    const auto* program = std::get_if<graph::Pointwise>(&stage.problem.node.op);
+    return program && program->steps.empty() && stage.problem.node.inputs.size() == 1;
+}
+
 Precision common_precision(Precision asked, std::span<const DeviceProfile> devices) {
     const bool halves = std::all_of(devices.begin(), devices.end(), [&](const DeviceProfile& profile) {
         return storage_for(asked, profile) == Storage::f16;

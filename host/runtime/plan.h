@@ -31,6 +31,9 @@ struct PlannedStage {
     double bytes = 0;  // its inputs and its result, once each
 };
 
+/// Whether it only moves an image into memory where it is wanted: no rule of a placement can name it.
+bool is_copy(const PlannedStage& stage);
+
 /// A launch of a stage: for all rows of its result, or for some.
 struct StageRows {
     int stage;

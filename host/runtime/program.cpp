@@ -59,6 +59,8 @@ Program::~Program() { finish(); }
 
 void Program::finish() {
     for (const ocl::Context* context : contexts_) clFinish(context->queue()());
+    for (const Handover& handover : handovers_)
+        if (handover.transfer) handover.transfer->finish();
 }
 
 /// The handover that a link reads, made where it is not there.

@@ -34,7 +34,7 @@ Transfer::Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& p
       profiler_(profiler),
       stage_(stage) {}
 
-Transfer::~Transfer() {
+void Transfer::finish() {
     clFinish(destination_queue_());
     clFinish(source_queue_());
 }

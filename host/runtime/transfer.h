@@ -17,10 +17,12 @@ class Transfer {
   public:
     /// `profiler` outlives this; `stage` is one of its.
     Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& profiler, int stage);
-    /// Waits for what is on its way.
-    ~Transfer();
+    ~Transfer() { finish(); }
     Transfer(const Transfer&) = delete;
     Transfer& operator=(const Transfer&) = delete;
+
+    /// Waits for what is on its way.
+    void finish();
 
     struct Ends {
         cl::Event source_free;        // of the source's context: its buffer may be written again

@@ -80,7 +80,7 @@ std::string random_rules(const Upscaler& upscaler, unsigned seed) {
     std::string rules;
     for (const PlacedPart& part : upscaler.placement())
         for (const std::string& stage : part.stages)
-            if (stage != "copy" && random() % 2 == 0) rules += stage + "=1,";
+            if (random() % 2 == 0) rules += stage + "=1,";
     return rules;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "graph/passes.h"
 #include "zero_parameters.h"
 
 using namespace clarus;
@@ -144,6 +145,23 @@ TEST_SUITE("small") {
         const auto& nodes = cut.parts[1].graph.nodes;
         CHECK(std::count_if(nodes.begin(), nodes.end(),
                             [](const Node& node) { return std::holds_alternative<Slice>(node.op); }) == 2);
+    }
+
+    TEST_CASE("what crosses keeps memory of its own when its part is fused again") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, kSize);
+        const Value a = convolution(graph, color, "a");
+        const Value p = graph.tanh(a, "p");
+        const Value both = graph.concat({p, color});
+        const Value b = convolution(graph, both, "b"), c = convolution(graph, p, "c");
+        graph.output = convolution(graph, graph.concat({b, c}), "d");
+        std::vector<int> places(graph.nodes.size(), 0);
+        places[c] = 1;
+        const Partition cut = partition(graph, places);
+        const Graph fused = fuse(cut.parts[0].graph, {});
+        REQUIRE(fused.exports.size() == 1);
+        CHECK(std::holds_alternative<Pointwise>(fused.nodes[fused.exports[0]].op));
+        CHECK(fused.shape(fused.exports[0]) == graph.shape(p));
     }
 
     TEST_CASE("what gathers the frame's inputs alone is made in every part that reads it") {

@@ -74,6 +74,8 @@ class Device {
     const DeviceProfile& profile() const;
     /// Of all.
     std::vector<DeviceProfile> profiles() const;
+    /// Whether all are of one OpenCL context, which callers' buffers can then be of.
+    bool is_one_context() const;
     /// How many OpenCL programs have been compiled from source for them: 0 where the cache had them all.
     int programs_compiled() const;
     ocl::Context& context() const { return *contexts_.front(); }
