@@ -94,11 +94,6 @@ std::vector<cl::Device> sub_devices(const PlacedDevice& placed, const std::vecto
          placed.device.getInfo<CL_DEVICE_NAME>(), compute_units[0]);
 }
 
-std::string_view trimmed(std::string_view text) {
-    const size_t first = text.find_first_not_of(' ');
-    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 std::optional<DeviceClass> class_named(std::string_view name) {
     for (const DeviceClass each : {DeviceClass::gpu, DeviceClass::cpu, DeviceClass::dsp})
         if (name == class_name(each)) return each;
@@ -138,16 +133,6 @@ Wanted wanted_device(std::string_view selector, const std::vector<PlacedDevice>&
     result.placed = *std::min_element(fitting.begin(), fitting.end(),
                                       [](const PlacedDevice& a, const PlacedDevice& b) { return rank(a) < rank(b); });
     return result;
-}
-
-std::vector<std::string_view> between_commas(std::string_view text) {
-    std::vector<std::string_view> parts;
-    for (size_t begin = 0; begin <= text.size();) {
-        const size_t end = std::min(text.find(',', begin), text.size());
-        parts.push_back(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
 }
 
 }  // namespace

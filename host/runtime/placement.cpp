@@ -44,12 +44,6 @@ void place_gathered(const Graph& graph, std::vector<int>& places) {
     }
 }
 
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view kBlank = " \t\r";
-    const size_t first = text.find_first_not_of(kBlank);
-    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
 int device_named(std::string_view name, std::span<const DeviceProfile> devices) {
     for (size_t device = 0; device < devices.size(); ++device)
         if (name == ocl::class_name(devices[device].device_class)) return static_cast<int>(device);
@@ -166,10 +160,8 @@ Placed bettered(Placed start, const Graph& graph, const std::vector<Value>& stag
 
 std::vector<int> place_by_rules(const Graph& graph, std::string_view rules, std::span<const DeviceProfile> devices) {
     std::vector<int> places(graph.nodes.size(), 0);
-    for (size_t begin = 0; begin < rules.size();) {
-        const size_t end = std::min(rules.find(',', begin), rules.size());
-        const std::string_view rule = trimmed(rules.substr(begin, end - begin));
-        begin = end + 1;
+    for (const std::string_view part : between_commas(rules)) {
+        const std::string_view rule = trimmed(part);
         if (rule.empty()) continue;
         const size_t equals = rule.rfind('=');
         if (equals == rule.npos)
