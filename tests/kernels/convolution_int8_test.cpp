@@ -114,11 +114,11 @@ Planes random_numbers(graph::Shape shape, std::mt19937& random) {
     return planes(shape, [&](int, int, int) { return static_cast<float>(number(random)); });
 }
 
-/// Those for GPUs run anywhere.
+/// Those for GPUs and DSPs run anywhere.
 bool can_run(const runtime::Implementation& implementation, const runtime::Problem& problem,
              const DeviceProfile& profile) {
     const bool dense = problem.parameters->groups == 1 && problem.parameters->stride == 1;
-    if (implementation.name == "int8 tiled" && dense) return true;
+    if (dense && (implementation.name == "int8 tiled" || implementation.name == "int8 streamed")) return true;
     return implementation.preference(problem, profile) > 0;
 }
 

@@ -169,6 +169,54 @@ Lowered lower_tiled(const Problem& problem, const Choices& choices) {
     return lowered;
 }
 
+// --- streamed through a small scratch memory by few work-items
+
+std::vector<std::int32_t> pack_streamed(const Convolution& convolution, const Parameters& parameters, const Choices&,
+                                        int set) {
+    std::vector<std::int32_t> packed = packed_head(convolution, parameters, set, graph::centred_bias);
+    const size_t head = packed.size();
+    const int taps = parameters.taps(), channels = parameters.in_channels;
+    packed.resize(head + size_t(padded_channels(parameters)) * taps * channels / 4);
+    auto* bytes = reinterpret_cast<std::int8_t*>(&packed[head]);
+    const std::int8_t* weight = weights_of(parameters, set);
+    for (int out = 0; out < parameters.out_channels; ++out)
+        for (int in = 0; in < channels; ++in)
+            for (int tap = 0; tap < taps; ++tap, ++weight)
+                bytes[(size_t(out / kBlock * taps + tap) * channels + in) * kBlock + out % kBlock] = *weight;
+    return packed;
+}
+
+std::vector<Choices> streamed_choices(const Problem& problem, const DeviceProfile& profile) {
+    constexpr int kRows = 16, kPixels = 4;
+    const int kernel = problem.parameters->kernel;
+    const TensorLayout& input = problem.inputs[0];
+    const int pixel = input.storage == Storage::u8 ? input.stride : round_up(problem.parameters->in_channels, 4);
+    std::vector<Choices> result;
+    for (const int width : {64, 32, 16, 8}) {
+        const size_t line = size_t(pixel) * (width + kernel - 1 + kPixels);
+        if (line * (kernel + 1) > profile.local_memory) continue;
+        result.push_back({{"WIDTH", width}, {"ROWS", kRows}, {"PIXELS", kPixels}});
+    }
+    return result;
+}
+
+/// VNNI's products are faster on what has them, whatever it is taken for.
+int prefer_streamed(const Problem& problem, const DeviceProfile& profile) {
+    const bool fits = is_dense(problem) && !streamed_choices(problem, profile).empty();
+    if (!fits || profile.device_class != DeviceClass::dsp) return 0;
+    return profile.vnni ? 2 : 4;
+}
+
+Lowered lower_streamed(const Problem& problem, const Choices& choices) {
+    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
+                                       static_cast<size_t>(ceil_divide(problem.output.width, choices.at("WIDTH")))};
+    Lowered lowered = lower(problem, choices, "convolution_int8_streamed", global);
+    lowered.call.row_axis = 0;
+    lowered.call.rows_an_item = choices.at("ROWS");
+    lowered.packing = packing(problem, choices, pack_streamed);
+    return lowered;
+}
+
 // --- register tiles
 
 /// What of a layer's output channels is computed in blocks, and what by VNNI in vectors of sixteen input channels.
@@ -305,6 +353,7 @@ std::span<const Implementation> quantized_convolution_implementations() {
     static const Implementation implementations[] = {
         {"int8 by VNNI", prefer_vnni, vnni_choices, lower_tiles},
         {"int8 tiled", prefer_tiled, tiled_choices, lower_tiled},
+        {"int8 streamed", prefer_streamed, streamed_choices, lower_streamed},
         {"int8 in float", prefer_exact, exact_choices, lower_tiles},
         {"int8", obvious, group_choices, lower_plain},
     };
