@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "clarus/clarus.h"
@@ -13,7 +14,9 @@
 #include "clarus/upscaler.h"
 
 struct clarus_device {
+    explicit clarus_device(clarus::Device opened) : device(std::move(opened)), profiles(device.profiles()) {}
     clarus::Device device;
+    std::vector<clarus::DeviceProfile> profiles;
 };
 struct clarus_model {
     clarus::Model model;
@@ -21,6 +24,8 @@ struct clarus_model {
 struct clarus_upscaler {
     clarus::Upscaler upscaler;
     std::optional<clarus::FrameEvent> last;
+    std::vector<clarus::PlacedPart> parts{};
+    std::vector<std::vector<const char*>> stages{};  // of the parts
 };
 struct clarus_interpolator {
     clarus::Interpolator interpolator;
@@ -91,6 +96,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
     options.dynamic_resolution = from.dynamic_resolution != 0;
+    if (from.placement) options.placement = from.placement;
+    options.fallback = from.fallback != 0;
     if (from.output_width != 0 || from.output_height != 0)
         options.output_size = clarus::Size{from.output_width, from.output_height};
     for (size_t i = 0; i < from.pipeline_option_count; ++i) {
@@ -150,6 +157,20 @@ clarus_status clarus_device_open(const char* selector, clarus_device** device) {
 
 clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device) {
     return guarded([&] { *device = new clarus_device{clarus::Device::adopt(context, id, queue)}; });
+}
+
+clarus_status clarus_device_together(const clarus_device* const* devices, size_t count, clarus_device** device) {
+    return guarded([&] {
+        std::vector<clarus::Device> together;
+        for (size_t index = 0; index < count; ++index) together.push_back(devices[index]->device);
+        *device = new clarus_device{clarus::Device::together(together)};
+    });
+}
+
+size_t clarus_device_count(const clarus_device* device) { return device->profiles.size(); }
+
+const char* clarus_device_selector(const clarus_device* device, size_t index) {
+    return device->profiles[index].selector.c_str();
 }
 
 void clarus_device_release(clarus_device* device) { delete device; }
@@ -236,6 +257,22 @@ clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler) {
     return guarded([&] {
         if (upscaler->last) upscaler->last->wait();
     });
+}
+
+size_t clarus_upscaler_part_count(clarus_upscaler* upscaler) {
+    upscaler->parts = upscaler->upscaler.placement();
+    upscaler->stages.clear();
+    for (const clarus::PlacedPart& part : upscaler->parts) {
+        std::vector<const char*>& names = upscaler->stages.emplace_back();
+        for (const std::string& stage : part.stages) names.push_back(stage.c_str());
+    }
+    return upscaler->parts.size();
+}
+
+clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t index) {
+    const clarus::PlacedPart& part = upscaler->parts[index];
+    const std::vector<const char*>& stages = upscaler->stages[index];
+    return {part.device, stages.data(), stages.size(), part.seconds, part.bytes_in};
 }
 
 void clarus_upscaler_reset(clarus_upscaler* upscaler) { upscaler->upscaler.reset(); }

@@ -58,9 +58,8 @@ double seconds_of_copy(ocl::Context& from, ocl::Context& to, size_t bytes) {
         destination(to.context(), CL_MEM_READ_WRITE, bytes);
     from.queue().enqueueFillBuffer(source, cl_uchar(0), 0, bytes);
     from.queue().finish();
-    runtime::Profiler profiler(false);
-    runtime::Transfer transfer(from, to, profiler, 0);
-    return least_seconds([&] { transfer.enqueue(source, destination, bytes, {}, {}).destination_ready.wait(); });
+    runtime::Transfer transfer(from, to, bytes, "", false);
+    return least_seconds([&] { transfer.enqueue(source, destination, {}, {}).destination_ready.wait(); });
 }
 
 double seconds_of_event(ocl::Context& from, ocl::Context& to) {
@@ -84,11 +83,11 @@ std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fus
         runtime::make_plan(fused, options, context.profile(),
                            [&](const runtime::Problem& problem) { return tuner.select_without_measuring(problem); });
     const std::shared_ptr<ocl::Context> profiling = context.with_another_queue();  // a caller's queue may not
-    const runtime::PartPlan part{profiling.get(), plan.get()};
+    const runtime::PartPlan part{profiling.get(), plan.get(), ""};
     runtime::Program program(*profiling, {&part, 1}, {}, {}, options, {});
     const FlatFrame flat(sizes, options);
     for (int frame = 0; frame < kFrames; ++frame) program.submit(flat.frame(), constants)->done.wait();
-    const std::vector<StageProfile> profile = program.take_profile();
+    const std::vector<StageProfile> profile = program.take_profile(0);
 
     // The plan's nodes are the graph's, in their order, and copies in between, which count for what they are made of.
     std::vector<double> seconds(fused.nodes.size(), 0);

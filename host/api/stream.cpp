@@ -6,6 +6,7 @@
 
 #include "api/stage_costs.h"
 #include "base/error.h"
+#include "base/log.h"
 #include "cl/context.h"
 #include "graph/passes.h"
 #include "runtime/placement.h"
@@ -27,7 +28,10 @@ Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions opt
     sizes_ = largest_.sizes;
     scale_ = largest_.scale;
     const std::vector<DeviceProfile> devices = device_.profiles();
+    lost_.resize(devices.size());
     if (devices.size() == 1) {
+        if (options_.fallback)
+            fail(ErrorKind::invalid_argument, "options.fallback: is for several devices, and there is one");
         if (options_.placement != kMeasuredPlacement)
             fail(ErrorKind::invalid_argument, "options.placement: '{}' is for several devices, and there is one",
                  options_.placement);
@@ -51,9 +55,15 @@ bool Stream::ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem
 bool Stream::needs_depth() const { return ingests(&runtime::IngestProblem::depth); }
 bool Stream::needs_motion() const { return ingests(&runtime::IngestProblem::motion); }
 
+std::string Stream::name_of(int device) const {
+    if (device_.contexts().size() == 1) return {};
+    const DeviceProfile& profile = device_.contexts()[device]->profile();
+    return fmt::format("device {}, {} ({})", device, profile.selector, profile.name);
+}
+
 std::vector<runtime::PartPlan> Stream::part_plans() const {
     std::vector<runtime::PartPlan> plans;
-    for (const Part& part : parts_) plans.push_back({part.context.get(), part.plan.get()});
+    for (const Part& part : parts_) plans.push_back({part.context.get(), part.plan.get(), name_of(part.device)});
     return plans;
 }
 
@@ -73,15 +83,18 @@ void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places)
     }
     parts_ = std::move(parts);
     links_ = std::move(partition.links);
+    places_ = places;
     take_memory_requirements();
 }
 
-void Stream::place_by_measuring() {
+void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     const std::vector<std::shared_ptr<ocl::Context>>& contexts = device_.contexts();
     const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
     runtime::PlacementCosts costs;
-    for (const auto& context : contexts)
+    for (const auto& context : contexts) {
         costs.seconds.push_back(measure_nodes(*context, fused, options_, sizes_, constants({}, false)));
+        if (progress) progress(static_cast<double>(costs.seconds.size()) / static_cast<double>(contexts.size()));
+    }
     std::vector<std::vector<TransferTime>> times(contexts.size(), std::vector<TransferTime>(contexts.size()));
     for (size_t from = 0; from < contexts.size(); ++from)
         for (size_t to = 0; to < contexts.size(); ++to)
@@ -101,13 +114,19 @@ std::vector<PlacedPart> Stream::placement() const {
     if (device_.contexts().size() == 1) return result;
     for (size_t index = 0; index < parts_.size(); ++index) {
         const runtime::Plan& plan = *parts_[index].plan;
-        PlacedPart part{parts_[index].device, {}, parts_[index].seconds, 0};
+        PlacedPart part;
+        part.device = parts_[index].device;
+        part.seconds = parts_[index].seconds;
         for (const runtime::PlannedStage& stage : plan.stages)
             if (!runtime::is_copy(stage)) part.stages.push_back(stage.problem.node.name);
         for (const graph::Link& link : links_) {
-            if (link.to != static_cast<int>(index) || parts_[link.from].device == part.device) continue;
-            if (const runtime::TensorLayout* layout = plan.imports()[link.to_port])
-                part.bytes_in += static_cast<size_t>(runtime::tensor_bytes(*layout));
+            if (link.to != static_cast<int>(index)) continue;
+            const runtime::TensorLayout* const layout = plan.imports()[link.to_port];
+            if (!layout) continue;
+            const auto bytes = static_cast<size_t>(runtime::tensor_bytes(*layout));
+            const graph::Graph& from = parts_[link.from].plan->layout.graph;
+            part.inputs.push_back({link.from, from.nodes[from.exports[link.from_port]].name, link.frames_ago, bytes});
+            if (parts_[link.from].device != part.device) part.bytes_in += bytes;
         }
         result.push_back(std::move(part));
     }
@@ -222,22 +241,30 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
 
 void Stream::prepare(const std::function<void(double)>& progress) {
     if (program_) return;
-    if (device_.contexts().size() > 1 && options_.placement == kMeasuredPlacement) place_by_measuring();
-    // Measuring takes the first half of the bar where there is any.
+    double begin = 0;
+    // Measuring, of what there is left, takes the first half of the bar.
+    const auto half = [&](double done) {
+        if (progress) progress(begin + (1 - begin) / 2 * done);
+    };
+    const bool lost = std::find(lost_.begin(), lost_.end(), true) != lost_.end();
+    if (device_.contexts().size() > 1 && options_.placement == kMeasuredPlacement && !lost) {
+        place_by_measuring(half);
+        begin = 0.5;
+    }
     const bool measures = options_.tuning == Tuning::measure;
     if (measures) {
         double stages = 0, measured = 0;
         for (const Part& part : parts_) stages += static_cast<double>(part.plan->stages.size());
         for (Part& part : parts_)
             plan_part(part, [&](const runtime::Problem& problem) {
-                if (progress) progress(0.5 * measured++ / stages);
+                half(measured++ / stages);
                 return part.tuner->select(problem);
             });
         take_memory_requirements();
+        begin = (1 + begin) / 2;
     }
     if (has_one_part()) choices_.emplace(plan(), device_.profile());
     const std::vector<std::unique_ptr<runtime::Plan>> others = other_plans();
-    const double begin = measures ? 0.5 : 0;
     program_ =
         std::make_unique<runtime::Program>(device_.context(), part_plans(), links_, others, options_, [&](double done) {
             if (progress) progress(begin + (1 - begin) * done);
@@ -253,14 +280,44 @@ FrameEvent Stream::submit(const FrameDescription& frame) {
     std::optional<SizedGraph> other;
     if (render != sizes_.render) other = built(render);
     check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()}, context_of_images());
+    if (program_ && options_.fallback)
+        if (const std::optional<int> part = program_->failed_part())
+            leave_failed_device(name_of(parts_[*part].device) + " failed");
     prepare();
-    const bool without_history = frame.reset || reset_;
+    bool without_history = frame.reset || reset_;
     reset_ = true;  // where submit fails
     if (other) change_size(*other, !without_history);
-    const FrameEvent event(program_->submit(frame, constants(frame, without_history)));
-    reset_ = false;
-    previous_jitter_ = frame.jitter;
-    return event;
+    for (;;) {
+        try {
+            const FrameEvent event(program_->submit(frame, constants(frame, without_history)));
+            reset_ = false;
+            previous_jitter_ = frame.jitter;
+            return event;
+        } catch (const Error& error) {
+            if (!leave_failed_device(error.what())) throw;
+            prepare();
+            without_history = true;
+        }
+    }
+}
+
+bool Stream::leave_failed_device(std::string_view why) {
+    const std::optional<int> part = options_.fallback && program_ ? program_->failed_part() : std::nullopt;
+    if (!part) return false;
+    const int device = parts_[*part].device;
+    std::vector<bool> lost = lost_;
+    lost[device] = true;
+    const auto next = std::find(lost.begin(), lost.end(), false);
+    if (next == lost.end()) return false;
+    lost_ = std::move(lost);
+    const auto heir = static_cast<int>(next - lost_.begin());
+    log(LogLevel::warning, "{}. Its stages go on on {}, without history", why, name_of(heir));
+    std::vector<int> places = places_;
+    std::replace(places.begin(), places.end(), device, heir);
+    program_.reset();
+    part_out(graph::fuse(largest_.graph, options_.views), places);
+    reset_ = true;
+    return true;
 }
 
 Upscaler::View Stream::view(const std::string& name) const {
@@ -282,7 +339,18 @@ Upscaler::View Stream::view(const std::string& name) const {
 double Stream::largest_jitter_distance() const { return program_ ? program_->largest_jitter_distance() : 0; }
 
 std::vector<StageProfile> Stream::take_profile() {
-    return program_ ? program_->take_profile() : std::vector<StageProfile>{};
+    std::vector<StageProfile> profiles;
+    if (!program_) return profiles;
+    const auto add = [&](std::vector<StageProfile> stages, int device) {
+        for (StageProfile& stage : stages) {
+            stage.device = device;
+            profiles.push_back(std::move(stage));
+        }
+    };
+    for (size_t part = 0; part < parts_.size(); ++part)
+        add(program_->take_profile(static_cast<int>(part)), parts_[part].device);
+    add(program_->take_transfers_profile(), -1);
+    return profiles;
 }
 
 }  // namespace clarus

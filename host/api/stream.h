@@ -3,6 +3,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "api/frame_checks.h"
 #include "clarus/upscaler.h"
@@ -68,6 +71,7 @@ class Stream {
         double seconds = 0;  // PlacedPart::seconds
     };
 
+    std::string name_of(int device) const;  // as errors name it; empty where there is one
     bool has_one_part() const { return parts_.size() == 1; }
     const runtime::Plan& plan() const { return *parts_.front().plan; }
     bool ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem::*resource) const;
@@ -76,7 +80,9 @@ class Stream {
     /// Cuts the network by `places` (graph::partition) and plans each part without measuring.
     void part_out(const graph::Graph& fused, const std::vector<int>& places);
     /// Measures every stage on every device and cuts where that makes most frames a second.
-    void place_by_measuring();
+    void place_by_measuring(const std::function<void(double)>& progress);
+    /// Goes on without the device that failed; false where none did, or there is no other.
+    bool leave_failed_device(std::string_view why);
     void plan_part(Part& part, const Select& select) const;
     void take_memory_requirements();
 
@@ -100,6 +106,8 @@ class Stream {
     double scale_;             // likewise
     std::vector<Part> parts_;  // their plans are of frames of these sizes
     std::vector<graph::Link> links_;
+    std::vector<int> places_;  // devices of the fused graph's nodes
+    std::vector<bool> lost_;   // by device
     MemoryRequirements memory_;
     std::optional<runtime::KeptChoices> choices_;
     std::unique_ptr<runtime::Program> program_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "api/build_graph.h"
@@ -10,7 +12,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "cl/error.h"
-#include "runtime/executor.h"
+#include "runtime/program.h"
 
 namespace clarus {
 namespace {
@@ -39,7 +41,19 @@ runtime::PlanOptions plan_options(const UpscalerOptions& options) {
 FrameEvent::FrameEvent(std::shared_ptr<const runtime::FrameResult> result) : result_(std::move(result)) {}
 
 void FrameEvent::wait() const {
-    ocl::checked("wait for a frame", [&] { result_->done.wait(); });
+    std::optional<Error> error;
+    try {
+        ocl::checked("wait for a frame", [&] { result_->done.wait(); });
+    } catch (const Error& caught) {
+        error = caught;
+    }
+    // What waits for a part that fails does not fail with every driver.
+    const std::optional<int> part = runtime::failed_part(*result_);
+    if (!part && error) throw *error;
+    if (!part) return;
+    const std::string& device = result_->parts.empty() ? result_->device : result_->parts[*part]->device;
+    fail(ErrorKind::device, "{}{}{}", device, device.empty() ? "" : ": ",
+         error ? error->what() : "could not end a frame. Another device or driver may help");
 }
 
 cl_event FrameEvent::get() const { return result_->done(); }

@@ -3,15 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/error.h"
 #include "base/parse.h"
 #include "cli/choice.h"
+#include "cli/output_folder.h"
+#include "cli/overwriting.h"
 #include "cli/progress.h"
+#include "io/file.h"
+#include "measure/device_json.h"
 #include "measure/placements.h"
+#include "measure/timeline.h"
+#include "report/page.h"
 
 namespace clarus::cli {
 namespace {
@@ -23,7 +32,26 @@ struct Options {
     std::string size = "1920x1080";
     Placements placements = Placements::automatic;
     int turns = 7;
+    std::filesystem::path output;
 };
+
+/// A page with a timeline of each placement.
+void draw(const Options& options, const Model& model, const std::vector<DeviceProfile>& devices,
+          const std::vector<measure::PlacementResult>& results) {
+    nlohmann::ordered_json data{{"title", fmt::format("{} to {} on several devices", model.name(), options.size)}};
+    nlohmann::ordered_json selectors = nlohmann::ordered_json::array();
+    for (const DeviceProfile& device : devices) selectors.push_back(measure::to_json(device));
+    for (const measure::PlacementResult& result : results)
+        data["placements"].push_back({{"name", result.name},
+                                      {"seconds", result.period},
+                                      {"devices", selectors},
+                                      {"placement", measure::placement_json(result.parts)},
+                                      {"stages", measure::stages_json(result.stages)},
+                                      {"timeline", measure::timeline_json(result.stages)}});
+    const std::string page = report::page(data);
+    io::write_file_atomically(options.output, std::as_bytes(std::span(page)));
+    fmt::print("{}\n", options.output.string());
+}
 
 void bench_placement(const Options& options) {
     const std::optional<Size> output = parse_size(options.size);
@@ -31,12 +59,14 @@ void bench_placement(const Options& options) {
     const Device devices = Device::open(options.devices);
     const Model model = Model::find(options.model, 2);
     const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels / model.scale())); };
+    OutputFolders folders;
+    if (!options.output.empty()) folders.require(folder_of(options.output));
     std::vector<measure::PlacementResult> results;
     {
         Progress progress("measuring placements");
         results = measure::measure_placements(devices, model, {side(output->width), side(output->height)},
                                               options.placements == Placements::all, options.turns,
-                                              [&](double done) { progress.update(done); });
+                                              !options.output.empty(), [&](double done) { progress.update(done); });
     }
     const std::vector<DeviceProfile> profiles = devices.profiles();
     for (size_t device = 0; device < profiles.size(); ++device)
@@ -50,6 +80,7 @@ void bench_placement(const Options& options) {
         fmt::print("{:>9.2f}  {:>9.2f}  {:>10.3f}  {:>6}  {:>8.2f}  {}\n", 1e3 * result.latency, 1e3 * result.period,
                    result.period_ratio, result.parts.size(), moved, result.name);
     }
+    if (!options.output.empty()) draw(options, model, profiles, results);
 }
 
 }  // namespace
@@ -69,10 +100,15 @@ void add_bench_placement_command(CLI::App& bench) {
     command.add_option("--turns", options->turns, "Of each placement, in turns with all on device 0")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
+    command
+        .add_option("-o,--output", options->output,
+                    "Also write a page with a timeline of both devices for each placement")
+        ->type_name("FILE");
     command.footer(
         "Examples:\n"
         "  clarus bench placement --devices \"gpu, cpu\" --model mnss-x2\n"
-        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2 --placement all");
+        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2 --placement all "
+        "-o placements.html");
     command.callback([options] { bench_placement(*options); });
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "clarus/error.h"
 #include "cli/frame_description.h"
 #include "cli/view_picture.h"
 #include "io/image.h"
@@ -68,7 +69,6 @@ class FrameLoop {
                 finish_before();
                 throw;
             }
-            if (index == 0) trace_.device_starts();
             submit(slot);
             finish_before();
             before = &slot;
@@ -108,8 +108,11 @@ class FrameLoop {
     void submit(Slot& slot) {
         const Trace::Span span(trace_, Trace::Track::main, "submit", slot.frame.name);
         slot.upscaler = choose_(slot.frame);
+        submit(slot, slot.frame.inputs);
+    }
+
+    void submit(Slot& slot, FrameDescription frame) {
         allocate(slot.output, slot.upscaler->output_size());
-        FrameDescription frame = slot.frame.inputs;
         frame.output = image_of(slot.output);
         slot.event = slot.upscaler->submit(frame);
         for (const std::string& name : output_.views)
@@ -119,7 +122,7 @@ class FrameLoop {
     void finish(Slot& slot) {
         {
             const Trace::Span span(trace_, Trace::Track::main, "wait for device", slot.frame.name);
-            slot.event->wait();
+            wait(slot);
         }
         slot.result.invalid_motion_vectors = slot.event->invalid_motion_vectors();
         slot.event.reset();
@@ -127,6 +130,21 @@ class FrameLoop {
         slot.frame.hold.reset();
         const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
         slot.written = std::async(std::launch::async, [this, &slot, track] { write(slot, track); });
+    }
+
+    /// Where a device was lost while it had the frame, the frame is computed again by the others. The next one, which
+    /// may be on its way, follows on what is gone.
+    void wait(Slot& slot) {
+        try {
+            slot.event->wait();
+        } catch (const Error&) {
+            if (!output_.fallback) throw;
+            FrameDescription frame = slot.frame.inputs;
+            frame.reset = true;
+            submit(slot, frame);
+            slot.event->wait();
+            slot.upscaler->reset();
+        }
     }
 
     void interpolate(Slot& slot) {

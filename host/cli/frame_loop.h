@@ -27,6 +27,7 @@ struct FrameOutput {
     bool measure = true;             // compare with references where the sequence has them
     bool interpolated = false;       // with pictures in between
     int png_compression = 1;         // zlib's level, 0 to 9
+    bool fallback = false;           // as the upscaler's option: a frame whose event fails is submitted again
 
     std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }

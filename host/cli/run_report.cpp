@@ -1,6 +1,7 @@
 #include "cli/run_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <nlohmann/json.hpp>
 
@@ -8,9 +9,13 @@
 #include "base/precision.h"
 #include "cli/quality_text.h"
 #include "io/file.h"
+#include "measure/device_json.h"
+#include "measure/timeline.h"
 
 namespace clarus::cli {
 namespace {
+
+using measure::to_json;
 
 nlohmann::ordered_json to_json(Size size) { return {size.width, size.height}; }
 
@@ -19,14 +24,6 @@ nlohmann::ordered_json to_json(const FrameResult& frame) {
         {"name", frame.name}, {"file", frame.file.string()}, {"invalid_motion_vectors", frame.invalid_motion_vectors}};
     if (frame.quality) json.update(quality_json(*frame.quality));
     return json;
-}
-
-nlohmann::ordered_json to_json(const StageProfile& stage) {
-    return {{"name", stage.name},
-            {"kernel", stage.kernel},
-            {"seconds", stage.seconds},
-            {"operations", stage.operations},
-            {"bytes", stage.bytes}};
 }
 
 template <typename T>
@@ -46,9 +43,10 @@ std::optional<metrics::SequenceQuality> RunReport::quality() const {
     return metrics::summarise(measured);
 }
 
-double RunReport::device_seconds_per_frame() const {
+double RunReport::device_seconds_per_frame(int device) const {
     double seconds = 0;
-    for (const StageProfile& stage : stages) seconds += stage.seconds;
+    for (const StageProfile& stage : stages)
+        if (stage.device == device) seconds += stage.seconds;
     return seconds;
 }
 
@@ -56,12 +54,8 @@ void RunReport::write_json(const std::filesystem::path& path) const {
     nlohmann::ordered_json json{
         {"sequence", sequence.string()},
         {"model", {{"name", model.name()}, {"pipeline", model.pipeline()}, {"scale", model.scale()}}},
-        {"device",
-         {{"selector", device.selector},
-          {"name", device.name},
-          {"platform", device.platform},
-          {"opencl_version", device.opencl_version},
-          {"driver_version", device.driver_version}}},
+        {"devices", list(devices)},
+        {"placement", measure::placement_json(placement)},
         {"precision", name_of(options.precision)},
         {"render_size", to_json(render_size)},
         {"output_size", to_json(output_size)},
@@ -74,7 +68,8 @@ void RunReport::write_json(const std::filesystem::path& path) const {
         {"programs_compiled", programs_compiled},
         {"largest_jitter_distance", largest_jitter_distance},
         {"seconds", {{"prepare", prepare_seconds}, {"frames", frames_seconds}}},
-        {"stages", list(stages)},
+        {"stages", measure::stages_json(stages)},
+        {"timeline", measure::timeline_json(stages)},
         {"frames", list(frames)}};
     if (const auto measured = quality()) json["quality"] = quality_json(*measured);
     const std::string text = json.dump(2) + "\n";
@@ -95,10 +90,17 @@ void RunReport::warn_of_input() const {
 }
 
 void RunReport::print_summary() const {
+    std::vector<std::string> names;
+    for (const DeviceProfile& device : devices) names.push_back(device.name);
     fmt::print("{} frames of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
-               output_size.width, output_size.height, model.name(), device.name,
+               output_size.width, output_size.height, model.name(), fmt::join(names, " and "),
                frames_seconds * 1e3 / static_cast<double>(frames.size()));
-    if (!stages.empty()) fmt::print(", {:.1f} ms on the device", device_seconds_per_frame() * 1e3);
+    if (!stages.empty()) {
+        std::vector<std::string> times;
+        for (size_t device = 0; device < devices.size(); ++device)
+            times.push_back(fmt::format("{:.1f}", device_seconds_per_frame(static_cast<int>(device)) * 1e3));
+        fmt::print(", {} ms on the device{}", fmt::join(times, " and "), devices.size() > 1 ? "s" : "");
+    }
     fmt::print("\n");
     if (const auto measured = quality()) fmt::print("{}\n", to_text(*measured));
     warn_of_input();
@@ -108,26 +110,38 @@ void RunReport::print_stages() const {
     const auto rate = [](double amount, double seconds) {
         return seconds > 0 && amount > 0 ? fmt::format("{:.1f}", amount / seconds * 1e-9) : std::string("-");
     };
+    const bool several = devices.size() > 1;
+    const auto whose = [&](int device) {
+        return !several ? std::string() : device < 0 ? std::string("-") : fmt::to_string(device);
+    };
     size_t stage_width = 5, kernel_width = 6;
     for (const StageProfile& stage : stages) {
         stage_width = std::max(stage_width, stage.name.size());
         kernel_width = std::max(kernel_width, stage.kernel.size());
     }
-    const auto row = [&](const std::string& stage, const std::string& kernel, const std::string& time,
-                         const std::string& operations, const std::string& bytes) {
+    const auto row = [&](const std::string& device, const std::string& stage, const std::string& kernel,
+                         const std::string& time, const std::string& operations, const std::string& bytes) {
+        if (several) fmt::print("{:<6}  ", device);
         fmt::print("{:<{}}  {:<{}}  {:>8}  {:>8}  {:>8}\n", stage, stage_width, kernel, kernel_width, time, operations,
                    bytes);
     };
-    row("stage", "kernel", "ms", "GFLOP/s", "GB/s");
-    double operations = 0, bytes = 0;
-    for (const StageProfile& stage : stages) {
-        operations += stage.operations;
-        bytes += stage.bytes;
-        row(stage.name, stage.kernel, fmt::format("{:.3f}", stage.seconds * 1e3), rate(stage.operations, stage.seconds),
-            rate(stage.bytes, stage.seconds));
-    }
-    const double seconds = device_seconds_per_frame();
-    row("frame", "", fmt::format("{:.3f}", seconds * 1e3), rate(operations, seconds), rate(bytes, seconds));
+    row("device", "stage", "kernel", "ms", "GFLOP/s", "GB/s");
+    for (const StageProfile& stage : stages)
+        row(whose(stage.device), stage.name, stage.kernel, fmt::format("{:.3f}", stage.seconds * 1e3),
+            rate(stage.operations, stage.seconds), rate(stage.bytes, stage.seconds));
+    const auto sum = [&](int device, const std::string& name) {
+        double operations = 0, bytes = 0;
+        for (const StageProfile& stage : stages) {
+            if (stage.device != device) continue;
+            operations += stage.operations;
+            bytes += stage.bytes;
+        }
+        const double seconds = device_seconds_per_frame(device);
+        row(whose(device), name, "", fmt::format("{:.3f}", seconds * 1e3), rate(operations, seconds),
+            rate(bytes, seconds));
+    };
+    for (size_t device = 0; device < devices.size(); ++device) sum(static_cast<int>(device), "frame");
+    if (several) sum(-1, "transfers");
 }
 
 }  // namespace clarus::cli

@@ -17,7 +17,8 @@ namespace clarus::cli {
 struct RunReport {
     std::filesystem::path sequence;
     Model model;
-    DeviceProfile device;
+    std::vector<DeviceProfile> devices;
+    std::vector<PlacedPart> placement;  // empty of one device
     UpscalerOptions options;
     Size render_size, output_size;
     MemoryRequirements memory;
@@ -31,8 +32,8 @@ struct RunReport {
     /// Over the frames that have a reference; none where no frame has one.
     std::optional<metrics::SequenceQuality> quality() const;
 
-    /// The device's time a frame: the sum of its stages; 0 without them.
-    double device_seconds_per_frame() const;
+    /// A device's time a frame: the sum of its stages; 0 without them. −1: that of transfers.
+    double device_seconds_per_frame(int device) const;
 
     /// Sizes in pixels, memory in bytes. Errors: file.
     void write_json(const std::filesystem::path& path) const;

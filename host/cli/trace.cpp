@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -17,23 +15,25 @@ void Trace::add(Track track, std::string name, std::string frame, double start, 
     events_.push_back({track, std::move(name), std::move(frame), start, end});
 }
 
-void Trace::add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames) {
-    double first = std::numeric_limits<double>::infinity();
-    for (const StageProfile& stage : stages)
-        for (const StageProfile::Span& span : stage.spans) first = std::min(first, span.start);
-
+void Trace::add_device_spans(std::span<const StageProfile> stages, std::span<const DeviceProfile> devices,
+                             std::span<const std::string> frames) {
+    const double origin = std::chrono::duration<double>(origin_.time_since_epoch()).count();
     for (const StageProfile& stage : stages) {
+        const Track track =
+            stage.device < 0 ? Track::transfers : Track{static_cast<int>(Track::first_device) + stage.device};
+        devices_[track] =
+            stage.device < 0 ? "transfers" : fmt::format("device {}: {}", stage.device, devices[stage.device].name);
         for (const StageProfile::Span& span : stage.spans)
             if (static_cast<size_t>(span.frame) < frames.size())
-                add(Track::device, stage.name, frames[span.frame], span.start - first + device_start_,
-                    span.end - first + device_start_);
+                add(track, stage.name, frames[span.frame], span.start - origin, span.end - origin);
     }
 }
 
 void Trace::write(const std::filesystem::path& path) const {
     constexpr double microseconds = 1e6;
     nlohmann::json events = nlohmann::json::array();
-    std::map<Track, std::string> names{{Track::main, "main"}, {Track::device, "device"}};
+    std::map<Track, std::string> names = devices_;
+    names[Track::main] = "main";
     for (const Event& event : events_)
         if (event.track >= Track::first_writer)
             names[event.track] =

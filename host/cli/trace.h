@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <span>
 #include <string>
@@ -15,7 +16,7 @@ namespace clarus::cli {
 /// Who did what when, for the Chrome trace viewer (chrome://tracing, ui.perfetto.dev). Thread-safe.
 class Trace {
   public:
-    enum class Track { main = 1, device, first_writer };
+    enum class Track { main = 1, transfers, first_device = 10, first_writer = 1000 };
 
     /// Each frame that is written while others are has a track of its own, from 0.
     static Track writer(size_t index) { return Track{static_cast<int>(Track::first_writer) + static_cast<int>(index)}; }
@@ -41,11 +42,9 @@ class Trace {
         double start_;
     };
 
-    /// Now the first frame goes to the device: the one moment at which its clock and the host's are taken to agree.
-    void device_starts() { device_start_ = now(); }
-
-    /// The stages' spans, one a frame.
-    void add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames);
+    /// The stages' spans, one a frame, with a track for each device that has some.
+    void add_device_spans(std::span<const StageProfile> stages, std::span<const DeviceProfile> devices,
+                          std::span<const std::string> frames);
 
     /// Errors: file.
     void write(const std::filesystem::path& path) const;
@@ -62,8 +61,8 @@ class Trace {
     void add(Track track, std::string name, std::string frame, double start, double end);
 
     Clock::time_point origin_ = Clock::now();
-    double device_start_ = 0;
     std::mutex mutex_;
+    std::map<Track, std::string> devices_;  // names of tracks
     std::vector<Event> events_;
 };
 

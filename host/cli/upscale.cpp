@@ -115,6 +115,10 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
         fmt::print("{}  {}  {}{:.2f} MB from other devices  {}\n", part.device, devices[part.device].selector,
                    part.seconds > 0 ? fmt::format("{:.2f} ms  ", 1e3 * part.seconds) : "",
                    1e-6 * static_cast<double>(part.bytes_in), fmt::join(part.stages, ", "));
+    for (const PlacedPart& part : parts)
+        for (const PlacedPart::Input& input : part.inputs)
+            if (input.frames_ago > 0)
+                fmt::print("{} waits for {} of the frame before\n", part.stages.front(), input.value);
 }
 
 void upscale(const UpscaleOptions& options) {
@@ -149,7 +153,8 @@ void upscale(const UpscaleOptions& options) {
                              made,
                              upscaler.output_size() == sequence.output_size(),
                              interpolator.has_value(),
-                             options.png_compression};
+                             options.png_compression,
+                             settings.fallback};
     for (const io::FrameFiles& frame : sequence.frames) {
         upscaler.output_size(sequence.render_size_of(frame));
         if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
@@ -197,7 +202,8 @@ void upscale(const UpscaleOptions& options) {
     }
     const RunReport report{.sequence = options.sequence.path,
                            .model = model,
-                           .device = device.profile(),
+                           .devices = device.profiles(),
+                           .placement = upscaler.placement(),
                            .options = settings,
                            .render_size = upscaler.render_size(),
                            .output_size = upscaler.output_size(),
@@ -214,7 +220,7 @@ void upscale(const UpscaleOptions& options) {
     if (!options.trace.empty()) {
         std::vector<std::string> names;
         for (const io::FrameFiles& frame : sequence.frames) names.push_back(frame.name);
-        trace.add_device_spans(report.stages, names);
+        trace.add_device_spans(report.stages, report.devices, names);
         trace.write(options.trace);
     }
 }
@@ -297,6 +303,8 @@ void add_upscale_command(CLI::App& app) {
             "of stages' names (--profile) and devices' classes or numbers from 0; or a file of them")
         ->type_name("RULES")
         ->capture_default_str();
+    command.add_flag("--fallback", options->settings.fallback,
+                     "With several devices: where one fails, the others go on with what it made, without history");
     command.add_flag("--explain-placement", options->explain_placement,
                      "Print which stages each device makes, and what moves between devices");
     command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");

@@ -17,8 +17,8 @@ namespace {
 class Running {
   public:
     Running(const Device& devices, const Model& model, Size render, const std::string& rules,
-            const std::vector<TestFrame>& frames)
-        : upscaler_(devices, model, render, options_of(rules)), frames_(frames) {
+            const std::vector<TestFrame>& frames, bool profile = false)
+        : upscaler_(devices, model, render, options_of(rules, profile)), frames_(frames) {
         upscaler_.prepare();
         const Size output = upscaler_.output_size();
         for (std::vector<float>& each : outputs_) each.resize(size_t{3} * output.width * output.height);
@@ -26,6 +26,13 @@ class Running {
     }
 
     const Upscaler& upscaler() const { return upscaler_; }
+
+    /// Of frames that are enqueued before those before them are done.
+    std::vector<StageProfile> profile() {
+        upscaler_.take_profile();
+        frames_on_their_way();
+        return upscaler_.take_profile();
+    }
 
     struct Times {
         double latency, period;
@@ -37,6 +44,12 @@ class Running {
             submit(index).wait();
             if (index > 0) latencies.push_back(now() - start);
         }
+        return {median(latencies), frames_on_their_way()};
+    }
+
+  private:
+    /// Seconds from frame to frame.
+    double frames_on_their_way() {
         submit(0).wait();
         const double start = now();
         constexpr int kRounds = 3;
@@ -48,13 +61,13 @@ class Running {
                 if (events.size() >= 2) events[events.size() - 2].wait();
             }
         events.back().wait();
-        return {median(latencies), (now() - start) / static_cast<double>(events.size())};
+        return (now() - start) / static_cast<double>(events.size());
     }
 
-  private:
-    static UpscalerOptions options_of(const std::string& rules) {
+    static UpscalerOptions options_of(const std::string& rules, bool profile) {
         UpscalerOptions options;
         options.placement = rules;
+        options.profile = profile;
         return options;
     }
 
@@ -96,7 +109,7 @@ std::vector<Named> cuts(const std::vector<std::string>& stages) {
 }  // namespace
 
 std::vector<PlacementResult> measure_placements(const Device& devices, const Model& model, Size render, bool every_cut,
-                                                int turns, const std::function<void(double)>& progress) {
+                                                int turns, bool profiles, const std::function<void(double)>& progress) {
     const size_t count = devices.profiles().size();
     if (count < 2)
         fail(ErrorKind::invalid_argument, "placements are of several devices, between commas: \"cpu/1, cpu/1=dsp\"");
@@ -128,7 +141,13 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
             ratios.push_back(times.period / reference.period);
         }
         results.push_back(
-            {placement.name, running.upscaler().placement(), median(latencies), median(periods), median(ratios)});
+            {placement.name, running.upscaler().placement(), median(latencies), median(periods), median(ratios), {}});
+        if (!profiles) continue;
+        // "auto" may choose another placement when it measures again.
+        std::string rules;
+        for (const PlacedPart& part : results.back().parts)
+            for (const std::string& stage : part.stages) rules += fmt::format("{}={},", stage, part.device);
+        results.back().stages = Running(devices, model, render, rules, frames, true).profile();
     }
     return results;
 }

@@ -27,6 +27,9 @@ function fill(select, options) {
   select.append(...groups.values());
 }
 
+// Devices that worked together.
+const deviceNames = ({devices}) => devices.map(({name}) => name).join(' and ');
+
 const seriesColor = (index) => `var(--series-${index % 8})`;
 const swatch = (color) => html('span', {class: 'swatch', style: `--color: ${color}`});
 

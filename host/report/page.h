@@ -18,6 +18,8 @@ namespace clarus::report {
 ///   block     the side of a place, in output pixels
 ///   results   [{"name", "quality": as comparison_json, "run": as `clarus upscale --report` writes, or null,
 ///             "places": [{"picture": index into pictured, "x", "y", "psnr"}], the worst first}]
+///   placements  [{"name", "seconds": from frame to frame, "devices", "placement", "stages", "timeline": as there}]:
+///             how several devices shared a model, as `clarus bench placement` measured
 ///   benches   [{"name", "bench": as `clarus bench` writes}]
 std::string page(const nlohmann::ordered_json& data);
 

@@ -12,7 +12,7 @@ function colours(report) {
 function showHeader(report) {
   const {title, frames, render_size, output_size, results = [], benches = []} = report;
   const devices = new Set([
-    ...results.map(({run}) => run?.device.name),
+    ...results.flatMap(({run}) => run?.devices.map(({name}) => name)),
     ...benches.flatMap(({bench}) => bench.devices.map(({profile}) => profile.name))
   ].filter(Boolean));
   const facts = [
@@ -42,6 +42,7 @@ showWorst(report);
 showQualityOverTime(report);
 showWhatToPick(report);
 showStages(report);
+showTimeline(report);
 showRoofline(report);
 showDevices(report);
 showNavigation();

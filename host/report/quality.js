@@ -112,8 +112,9 @@ function timesOf(report) {
   };
   for (const {name, run} of report.results ?? []) {
     if (!run?.stages?.length) continue;
-    add(`${run.device.name}, ${sizeText(run.output_size)}, ${run.precision}`, 'These results, stages on the device',
-        name, run.stages.reduce((sum, stage) => sum + stage.seconds, 0));
+    const seconds = (of) => run.stages.filter(({device}) => device === of).reduce((sum, stage) => sum + stage.seconds, 0);
+    add(`${deviceNames(run)}, ${sizeText(run.output_size)}, ${run.precision}`, 'These results, stages on the device',
+        name, Math.max(...run.devices.map((_, index) => seconds(index))));
   }
   for (const {name: file, bench} of report.benches ?? []) {
     const devices = new Map(bench.devices.map(({profile}) => [profile.selector, deviceLabel(report, file, profile)]));

@@ -8,8 +8,8 @@ function profilesOf(report) {
     if (!run?.stages?.length) continue;
     profiles.push({
       label: `${name}, ${sizeText(run.output_size)}, ${run.precision}`,
-      group: `These results on ${run.device.name}`,
-      device: run.device.name,
+      group: `These results on ${deviceNames(run)}`,
+      device: deviceNames(run),
       precision: run.precision,
       color: report.colorOf(name),
       stages: run.stages
@@ -47,6 +47,8 @@ function showStages(report) {
   function update() {
     const {stages, color} = profiles[$('stages-of').value];
     const total = stages.reduce((sum, {seconds}) => sum + seconds, 0);
+    const several = new Set(stages.map(({device}) => device)).size > 1;
+    const whose = ({device}) => several && html('span', {class: 'kernel'}, device < 0 ? '' : `device ${device}`);
     const most = Math.max(...stages.map(({seconds}) => seconds));
     const rate = (amount, seconds) => (amount > 0 && seconds > 0 ? gigas(amount / seconds) : '–');
     const bar = (seconds) => {
@@ -65,7 +67,7 @@ function showStages(report) {
             row('stage-head', 'Stage', '', 'ms', '', 'GFLOP/s', 'GB/s'),
             ...stages.map(
                 (stage) =>
-                    row('stage', [stage.name, html('span', {class: 'kernel'}, stage.kernel)], bar(stage.seconds),
+                    row('stage', [stage.name, html('span', {class: 'kernel'}, stage.kernel), whose(stage) || ''], bar(stage.seconds),
                         time(stage), percent(stage.seconds / total), rate(stage.operations, stage.seconds),
                         rate(stage.bytes, stage.seconds))),
             row('stage total', 'Sum', '', milliseconds(total), '', rate(sum('operations'), total),

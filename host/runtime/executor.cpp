@@ -206,7 +206,7 @@ void Executor::run_unseen(const std::function<void()>& after_each) {
 
 std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, const FrameConstants& constants,
                                               std::span<const cl_event> wait_for) {
-    const std::shared_ptr<FrameResult> result = free_result();
+    const std::shared_ptr<FrameResult> result = ocl::checked("submit a frame", [&] { return free_result(); });
     arena_.next_frame();
     try {
         enqueue_frame(frame, constants, wait_for, *result);
@@ -283,7 +283,7 @@ std::shared_ptr<FrameResult> Executor::free_result() {
     for (const auto& result : results_) {
         if (result.use_count() > 1) continue;
         // Its frame may still be on its way, and then it is going to write to it.
-        if (!result->done() || result->done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() == CL_COMPLETE) return result;
+        if (!result->done() || result->done.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE) return result;
     }
     results_.push_back(std::make_shared<FrameResult>());
     return results_.back();

@@ -24,6 +24,7 @@ struct FrameResult {
     cl::Event done;
     cl_uint invalid_motion_vectors = 0;
     std::vector<std::shared_ptr<const FrameResult>> parts;  // where several plans work on a frame
+    std::string device;                                     // of a part, as errors name it
 };
 
 /// The buffers of what a plan imports and exports, by port, where it is a part of a network.

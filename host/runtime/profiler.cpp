@@ -1,6 +1,7 @@
 #include "runtime/profiler.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -28,31 +29,47 @@ int Profiler::add_stage(std::string name, std::string kernel, double operations,
 
 cl::Event* Profiler::event(int stage) {
     if (!enabled_) return nullptr;
-    return &stages_[stage].events.emplace_back(frame_, cl::Event()).second;
+    return &stages_[stage].launches.emplace_back(frame_, std::chrono::steady_clock::now(), cl::Event()).event;
+}
+
+/// A command is queued just after it was asked for, and of many one with hardly anything in between.
+double Profiler::clock_offset() const {
+    double offset = -std::numeric_limits<double>::infinity();
+    for (const Stage& stage : stages_)
+        for (const Launch& launch : stage.launches) {
+            const std::chrono::duration<double, std::nano> host = launch.asked_for.time_since_epoch();
+            const auto queued = static_cast<double>(launch.event.getProfilingInfo<CL_PROFILING_COMMAND_QUEUED>());
+            offset = std::max(offset, host.count() - queued);
+        }
+    return offset;
 }
 
 std::vector<StageProfile> Profiler::take() {
     std::vector<StageProfile> profiles;
-    for (Stage& stage : stages_) {
-        if (stage.events.empty()) continue;
-        StageProfile profile = stage.profile;
-        std::map<int, double> seconds_of_frames;
-        for (const auto& [frame, event] : stage.events) {
-            ocl::checked("read a stage's times", [&] {
-                event.wait();
-                const double start = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
-                const double end = 1e-9 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>());
-                profile.spans.push_back({frame, start, end});
-                seconds_of_frames[frame] += end - start;
-            });
+    ocl::checked("read when stages ran", [&] {
+        for (Stage& stage : stages_) {
+            std::erase_if(stage.launches, [](const Launch& launch) { return !launch.event(); });  // that failed
+            for (const Launch& launch : stage.launches) launch.event.wait();
         }
-        std::vector<double> seconds;
-        for (const auto& [frame, sum] : seconds_of_frames) seconds.push_back(sum);
-        std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
-        profile.seconds = seconds[seconds.size() / 2];
-        profiles.push_back(std::move(profile));
-        stage.events.clear();
-    }
+        const double offset = clock_offset();
+        for (Stage& stage : stages_) {
+            if (stage.launches.empty()) continue;
+            StageProfile profile = stage.profile;
+            std::map<int, double> seconds_of_frames;
+            for (const auto& [frame, asked_for, event] : stage.launches) {
+                const auto start = static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+                const auto end = static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>());
+                profile.spans.push_back({frame, 1e-9 * (start + offset), 1e-9 * (end + offset)});
+                seconds_of_frames[frame] += 1e-9 * (end - start);
+            }
+            std::vector<double> seconds;
+            for (const auto& [frame, sum] : seconds_of_frames) seconds.push_back(sum);
+            std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
+            profile.seconds = seconds[seconds.size() / 2];
+            profiles.push_back(std::move(profile));
+            stage.launches.clear();
+        }
+    });
     frame_ = -1;
     return profiles;
 }

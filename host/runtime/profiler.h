@@ -1,7 +1,7 @@
 #pragma once
 
+#include <chrono>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "cl/opencl.h"
@@ -9,7 +9,7 @@
 
 namespace clarus::runtime {
 
-/// Gathers device events of every stage of every frame.
+/// Gathers the events of every stage of every frame, of one device.
 class Profiler {
   public:
     explicit Profiler(bool enabled) : enabled_(enabled) {}
@@ -24,17 +24,26 @@ class Profiler {
     /// What is launched from now on belongs to the next frame.
     void begin_frame() { ++frame_; }
 
-    /// Where the event of a stage's launch is to be put, or null where nothing is profiled.
+    /// Where the event of a stage's launch is to be put, or null where nothing is profiled. To be asked for right
+    /// before the launch: the moment relates the device's clock to the host's.
     cl::Event* event(int stage);
 
     /// Waits for the frames so far and returns their times; starts anew.
     std::vector<StageProfile> take();
 
   private:
+    struct Launch {
+        int frame;
+        std::chrono::steady_clock::time_point asked_for;
+        cl::Event event;
+    };
     struct Stage {
         StageProfile profile;
-        std::vector<std::pair<int, cl::Event>> events;  // with their frames
+        std::vector<Launch> launches;
     };
+
+    /// What is to be added to the device's times, in nanoseconds, to be the host's.
+    double clock_offset() const;
 
     bool enabled_;
     int frame_ = -1;  // since the last take

@@ -22,19 +22,29 @@ size_t bytes_of_export(const PartPlan& part, int port) {
     return plan.memory.places[plan.exports()[port]->memory].bytes;
 }
 
+/// Less than 0 where the command failed.
+cl_int status(const cl::Event& event) { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); }
+
 bool shares_memory(const PartPlan& a, const PartPlan& b) { return a.context->context()() == b.context->context()(); }
 
 }  // namespace
 
+std::optional<int> failed_part(const FrameResult& frame) {
+    return ocl::checked("ask how a frame ended", [&]() -> std::optional<int> {
+        for (size_t part = 0; part < frame.parts.size(); ++part)
+            if (status(frame.parts[part]->done) < 0) return static_cast<int>(part);
+        if (frame.parts.empty() && frame.done() && status(frame.done) < 0) return 0;
+        return std::nullopt;
+    });
+}
+
 Program::Program(const ocl::Context& callers, std::span<const PartPlan> parts, std::span<const graph::Link> links,
                  std::span<const std::unique_ptr<Plan>> others, const StreamOptions& options,
                  const std::function<void(double)>& progress)
-    : callers_(callers.context()),
-      transfers_profiler_(options.profile),
-      imports_(parts.size()),
-      exports_(parts.size()) {
+    : callers_(callers.context()), profile_(options.profile), imports_(parts.size()), exports_(parts.size()) {
     for (const PartPlan& part : parts) {
         contexts_.push_back(part.context);
+        devices_.push_back(part.device);
         uses_frame_.push_back(part.plan->ingests() || part.plan->presents());
         if (part.plan->presents()) presenting_ = static_cast<int>(contexts_.size()) - 1;
     }
@@ -76,11 +86,9 @@ int Program::handover_to(std::span<const PartPlan> parts, const graph::Link& lin
         for (cl::Buffer& buffer : handover.buffers) buffer = zeroed(*parts[reader].context, handover.bytes);
         if (!shares_memory(from, parts[reader])) {
             const graph::Graph& graph = from.plan->layout.graph;
-            const int stage =
-                transfers_profiler_.add_stage("transfer: " + graph.nodes[graph.exports[link.from_port]].name, "copy", 0,
-                                              static_cast<double>(handover.bytes));
             handover.transfer =
-                std::make_unique<Transfer>(*from.context, *parts[reader].context, transfers_profiler_, stage);
+                std::make_unique<Transfer>(*from.context, *parts[reader].context, handover.bytes,
+                                           "transfer: " + graph.nodes[graph.exports[link.from_port]].name, profile_);
         }
         handovers_.push_back(std::move(handover));
         return static_cast<int>(handovers_.size()) - 1;
@@ -143,12 +151,18 @@ HandedIn Program::handed_in(int part) const {
 }
 
 std::shared_ptr<FrameResult> Program::submit(const FrameDescription& frame, const FrameConstants& constants) {
+    check_callers_events(frame);
     ++frames_;
-    if (executors_.size() == 1 && contexts_.front()->context()() == callers_())
-        return executors_.front()->submit(frame, constants, frame.wait_for);
-    const auto free = std::find_if(results_.begin(), results_.end(), [](const auto& result) {
-        return result.use_count() == 1 &&
-               result->done.template getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() <= CL_COMPLETE;
+    std::weak_ptr<const FrameResult>& last = last_results_[frames_ % last_results_.size()];
+    if (executors_.size() == 1 && contexts_.front()->context()() == callers_()) {
+        const std::shared_ptr<FrameResult> result = submit_to(0, frame, constants, frame.wait_for);
+        last = result;
+        return result;
+    }
+    const auto free = ocl::checked("submit a frame", [&] {
+        return std::find_if(results_.begin(), results_.end(), [](const auto& result) {
+            return result.use_count() == 1 && status(result->done) <= CL_COMPLETE;
+        });
     });
     const std::shared_ptr<FrameResult> result =
         free != results_.end() ? *free : results_.emplace_back(std::make_shared<FrameResult>());
@@ -160,14 +174,39 @@ std::shared_ptr<FrameResult> Program::submit(const FrameDescription& frame, cons
         results_.erase(std::find(results_.begin(), results_.end(), result));
         throw;
     }
+    last = result;
     return result;
+}
+
+std::shared_ptr<FrameResult> Program::submit_to(int part, const FrameDescription& frame,
+                                                const FrameConstants& constants, std::span<const cl_event> wait_for) {
+    try {
+        const std::shared_ptr<FrameResult> result = executors_[part]->submit(frame, constants, wait_for);
+        result->device = devices_[part];
+        return result;
+    } catch (const Error& error) {
+        failed_part_ = part;
+        if (devices_[part].empty()) throw;
+        fail(error.kind(), "{}: {}", devices_[part], error.what());
+    }
+}
+
+std::optional<int> Program::failed_part() const {
+    if (failed_part_) return failed_part_;
+    for (size_t ago = 0; ago < last_results_.size(); ++ago) {  // from the oldest on
+        const size_t index = (frames_ + 1 + ago) % last_results_.size();
+        if (const auto result = last_results_[index].lock())
+            if (const auto part = runtime::failed_part(*result)) return part;
+    }
+    return std::nullopt;
 }
 
 void Program::enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result) {
     std::vector<Transfer::Ends>& ends = ends_[frames_ % ends_.size()];
     ends.assign(commands_.size(), {});
     result.parts.clear();
-    transfers_profiler_.begin_frame();
+    for (const Handover& handover : handovers_)
+        if (handover.transfer) handover.transfer->profiler().begin_frame();
     for (size_t index = 0; index < commands_.size(); ++index) {
         const Command& command = commands_[index];
         if (command.part < 0) {
@@ -180,7 +219,7 @@ void Program::enqueue_frame(const FrameDescription& frame, const FrameConstants&
         if (uses_frame_[command.part]) add_callers_events(frame, *contexts_[command.part], waits);
         std::vector<cl_event> handles;
         for (const cl::Event& event : waits) handles.push_back(event());
-        result.parts.push_back(executor.submit(frame, constants, handles));
+        result.parts.push_back(submit_to(command.part, frame, constants, handles));
         ends[index] = {result.parts.back()->done, result.parts.back()->done};
     }
     ocl::checked("submit a frame", [&] {
@@ -198,12 +237,16 @@ void Program::enqueue_frame(const FrameDescription& frame, const FrameConstants&
 void Program::add_callers_events(const FrameDescription& frame, const ocl::Context& context,
                                  std::vector<cl::Event>& waits) const {
     ocl::checked("take the events that a frame waits for", [&] {
-        for (const cl_event handle : frame.wait_for) {
-            const cl::Event event(handle, true);
-            if (event.getInfo<CL_EVENT_CONTEXT>()() != callers_())
+        for (const cl_event handle : frame.wait_for)
+            waits.push_back(event_in(context.context(), cl::Event(handle, true)));
+    });
+}
+
+void Program::check_callers_events(const FrameDescription& frame) const {
+    ocl::checked("take the events that a frame waits for", [&] {
+        for (const cl_event handle : frame.wait_for)
+            if (cl::Event(handle, true).getInfo<CL_EVENT_CONTEXT>()() != callers_())
                 throw cl::Error(CL_INVALID_CONTEXT, "an event of another context than the first device's");
-            waits.push_back(event_in(context.context(), event));
-        }
     });
 }
 
@@ -211,7 +254,7 @@ Transfer::Ends Program::transfer(const Command& command) {
     const Handover& to = handovers_[command.handover];
     const Handover& from = handovers_[exports_[to.from][to.port]];
     return ocl::checked("hand over to another device", [&] {
-        return to.transfer->enqueue(from.buffers[frames_ % 2], to.buffers[frames_ % 2], to.bytes, events(command.waits),
+        return to.transfer->enqueue(from.buffers[frames_ % 2], to.buffers[frames_ % 2], events(command.waits),
                                     events(command.destination_waits));
     });
 }
@@ -222,14 +265,11 @@ double Program::largest_jitter_distance() const {
     return largest;
 }
 
-std::vector<StageProfile> Program::take_profile() {
+std::vector<StageProfile> Program::take_transfers_profile() {
     std::vector<StageProfile> profiles;
-    for (size_t part = 0; part < executors_.size(); ++part)
-        for (StageProfile& stage : executors_[part]->profiler().take()) {
-            stage.device = contexts_[part]->profile().selector;
-            profiles.push_back(std::move(stage));
-        }
-    for (StageProfile& stage : transfers_profiler_.take()) profiles.push_back(std::move(stage));
+    for (const Handover& handover : handovers_)
+        if (handover.transfer)
+            for (StageProfile& stage : handover.transfer->profiler().take()) profiles.push_back(std::move(stage));
     return profiles;
 }
 

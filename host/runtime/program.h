@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "graph/partition.h"
@@ -17,7 +18,11 @@ namespace clarus::runtime {
 struct PartPlan {
     ocl::Context* context;
     const Plan* plan;
+    std::string device;  // as errors name it; empty where there is no other
 };
+
+/// The part of a frame that failed first, or 0 where the frame has no parts; none where it did not fail.
+std::optional<int> failed_part(const FrameResult& frame);
 
 /// The commands of a frame, on one device or several: parts of the network that run, and transfers between devices that
 /// do not see the same memory. Each waits for what it needs, of this frame and of those before, and for nothing else:
@@ -39,11 +44,14 @@ class Program {
     std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
 
     bool has_run() const { return frames_ > 0; }
+    /// The part whose device failed, in submit or since then.
+    std::optional<int> failed_part() const;
     Executor& executor(int part) { return *executors_[part]; }
     const Executor& executor(int part) const { return *executors_[part]; }
     double largest_jitter_distance() const;
-    /// Profiler::take of all parts, in their order, then of transfers.
-    std::vector<StageProfile> take_profile();
+    /// Profiler::take of a part.
+    std::vector<StageProfile> take_profile(int part) { return executors_[part]->profiler().take(); }
+    std::vector<StageProfile> take_transfers_profile();
 
     /// Device memory of what parts hand over, in bytes, each of it twice: a frame's while the frame before's is read.
     static size_t link_bytes(std::span<const PartPlan> parts, std::span<const graph::Link> links);
@@ -77,15 +85,19 @@ class Program {
     void order_commands(std::span<const PartPlan> parts);
     std::vector<cl::Event> events(const std::vector<Wait>& waits) const;
     HandedIn handed_in(int part) const;
+    std::shared_ptr<FrameResult> submit_to(int part, const FrameDescription& frame, const FrameConstants& constants,
+                                           std::span<const cl_event> wait_for);
     void enqueue_frame(const FrameDescription& frame, const FrameConstants& constants, FrameResult& result);
+    void check_callers_events(const FrameDescription& frame) const;
     void add_callers_events(const FrameDescription& frame, const ocl::Context& context,
                             std::vector<cl::Event>& waits) const;
     Transfer::Ends transfer(const Command& command);
     void finish();
 
     cl::Context callers_;
-    Profiler transfers_profiler_;
+    const bool profile_;
     std::vector<ocl::Context*> contexts_;  // of the parts
+    std::vector<std::string> devices_;     // likewise, as errors name them
     std::vector<bool> uses_frame_;         // whether a part reads the frame's inputs or writes its output
     int presenting_ = 0;                   // the part that writes the output
     std::vector<Handover> handovers_;
@@ -96,6 +108,8 @@ class Program {
     std::array<std::vector<Transfer::Ends>, 3> ends_;   // of the commands of the last frames, by number modulo 3
     size_t frames_ = 0;
     std::vector<std::shared_ptr<FrameResult>> results_;
+    std::array<std::weak_ptr<const FrameResult>, 3> last_results_;
+    std::optional<int> failed_part_;  // in submit
 };
 
 }  // namespace clarus::runtime

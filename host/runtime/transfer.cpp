@@ -1,6 +1,7 @@
 #include "runtime/transfer.h"
 
 #include <memory>
+#include <utility>
 
 namespace clarus::runtime {
 namespace {
@@ -26,32 +27,40 @@ cl::Event event_in(const cl::Context& context, const cl::Event& event) {
     return result;
 }
 
-Transfer::Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& profiler, int stage)
+Transfer::Transfer(const ocl::Context& from, const ocl::Context& to, size_t bytes, std::string name, bool profile)
     : from_(from.context()),
       to_(to.context()),
       source_queue_(queue_of_its_own(from)),
       destination_queue_(queue_of_its_own(to)),
-      profiler_(profiler),
-      stage_(stage) {}
+      bytes_(bytes),
+      profiler_(profile),
+      stage_(profiler_.add_stage(std::move(name), "copy", 0, static_cast<double>(bytes))) {}
 
 void Transfer::finish() {
     clFinish(destination_queue_());
     clFinish(source_queue_());
 }
 
-Transfer::Ends Transfer::enqueue(const cl::Buffer& source, const cl::Buffer& destination, size_t bytes,
+Transfer::Ends Transfer::enqueue(const cl::Buffer& source, const cl::Buffer& destination,
                                  const std::vector<cl::Event>& source_waits,
                                  const std::vector<cl::Event>& destination_waits) {
     cl::Event mapped, written, unmapped;
     void* const pixels =
-        source_queue_.enqueueMapBuffer(source, CL_FALSE, CL_MAP_READ, 0, bytes, &source_waits, &mapped);
-    std::vector<cl::Event> waits = destination_waits;
-    waits.push_back(event_in(to_, mapped));
-    destination_queue_.enqueueWriteBuffer(destination, CL_FALSE, 0, bytes, pixels, &waits, &written);
-    if (cl::Event* const profiled = profiler_.event(stage_)) *profiled = written;
-    const std::vector<cl::Event> after_writing{event_in(from_, written)};
-    source_queue_.enqueueUnmapMemObject(source, pixels, &after_writing, &unmapped);
-    source_queue_.flush();
+        source_queue_.enqueueMapBuffer(source, CL_FALSE, CL_MAP_READ, 0, bytes_, &source_waits, &mapped);
+    try {
+        std::vector<cl::Event> waits = destination_waits;
+        waits.push_back(event_in(to_, mapped));
+        cl::Event* const profiled = profiler_.event(stage_);
+        destination_queue_.enqueueWriteBuffer(destination, CL_FALSE, 0, bytes_, pixels, &waits, &written);
+        if (profiled) *profiled = written;
+        const std::vector<cl::Event> after_writing{event_in(from_, written)};
+        source_queue_.enqueueUnmapMemObject(source, pixels, &after_writing, &unmapped);
+        source_queue_.flush();
+    } catch (...) {
+        finish();
+        clEnqueueUnmapMemObject(source_queue_(), source(), pixels, 0, nullptr, nullptr);
+        throw;
+    }
     return {unmapped, written};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "cl/context.h"
@@ -15,8 +16,8 @@ cl::Event event_in(const cl::Context& context, const cl::Event& event);
 /// each end has a queue of its own.
 class Transfer {
   public:
-    /// `profiler` outlives this; `stage` is one of its.
-    Transfer(const ocl::Context& from, const ocl::Context& to, Profiler& profiler, int stage);
+    /// `bytes` are copied each frame, `name` is their profile's.
+    Transfer(const ocl::Context& from, const ocl::Context& to, size_t bytes, std::string name, bool profile);
     ~Transfer() { finish(); }
     Transfer(const Transfer&) = delete;
     Transfer& operator=(const Transfer&) = delete;
@@ -28,15 +29,18 @@ class Transfer {
         cl::Event source_free;        // of the source's context: its buffer may be written again
         cl::Event destination_ready;  // of the destination's: its buffer may be read
     };
-    /// Enqueues a copy of `bytes`. The source is read after `source_waits`, events of its context, the destination
+    /// Enqueues a copy. The source is read after `source_waits`, events of its context, the destination
     /// written after `destination_waits`, of its own. One copy where the source's memory can be mapped in place.
-    Ends enqueue(const cl::Buffer& source, const cl::Buffer& destination, size_t bytes,
-                 const std::vector<cl::Event>& source_waits, const std::vector<cl::Event>& destination_waits);
+    Ends enqueue(const cl::Buffer& source, const cl::Buffer& destination, const std::vector<cl::Event>& source_waits,
+                 const std::vector<cl::Event>& destination_waits);
+
+    Profiler& profiler() { return profiler_; }
 
   private:
     cl::Context from_, to_;
     cl::CommandQueue source_queue_, destination_queue_;
-    Profiler& profiler_;
+    size_t bytes_;
+    Profiler profiler_;
     int stage_;
 };
 

@@ -19,7 +19,9 @@ enum { WIDTH = 13, HEIGHT = 9, SCALE = 2 };
 int main(void) {
     static float color[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT], motion[WIDTH * HEIGHT * 2];
     static float output[WIDTH * SCALE * HEIGHT * SCALE * 3], between[WIDTH * SCALE * HEIGHT * SCALE * 3];
-    clarus_device* device = NULL;
+    clarus_device *device = NULL, *both = NULL;
+    const clarus_device* alone[2];
+    clarus_placed_part part;
     clarus_model* model = NULL;
     clarus_upscaler* upscaler = NULL;
     clarus_interpolator* interpolator = NULL;
@@ -77,7 +79,11 @@ int main(void) {
 
     CHECK(clarus_model_find(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors", 2, &model) == CLARUS_OK);
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
-    clarus_model_release(model);
+    alone[0] = alone[1] = device;
+    CHECK(clarus_device_count(device) == 1 && strlen(clarus_device_selector(device, 0)) > 0);
+    CHECK(clarus_device_together(alone, 0, &both) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_device_together(alone, 2, &both) == CLARUS_OK);
+    CHECK(clarus_device_count(both) == 2);
     CHECK(clarus_interpolator_create(device, WIDTH, HEIGHT, WIDTH - 1, HEIGHT, &options, &interpolator) ==
           CLARUS_INVALID_ARGUMENT);
     CHECK(clarus_interpolator_create(device, WIDTH, HEIGHT, WIDTH * SCALE, HEIGHT * SCALE, &options, &interpolator) ==
@@ -103,7 +109,23 @@ int main(void) {
     CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
     CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
     for (i = 0; i < sizeof(output) / sizeof(*output); ++i) CHECK(output[i] >= 0 && output[i] <= 1);
+    CHECK(clarus_upscaler_part_count(upscaler) == 0);
     clarus_upscaler_release(upscaler);
+
+    /* Two devices, here one twice, share the stages. */
+    options.fallback = 1;
+    CHECK(clarus_upscaler_create(both, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    options.placement = "blend*=1";
+    CHECK(clarus_upscaler_create(both, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    CHECK(clarus_upscaler_part_count(upscaler) >= 2);
+    part = clarus_upscaler_part(upscaler, 0);
+    CHECK(part.device == 0 && part.stage_count > 0 && strlen(part.stages[0]) > 0);
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    clarus_model_release(model);
+    clarus_device_release(both);
 
     /* What does not move is in between what it is before and after. */
     frame.color.host = output;

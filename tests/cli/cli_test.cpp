@@ -398,7 +398,7 @@ TEST_CASE("upscale --report says what was run, how well and with what") {
     CHECK(report["model"]["pipeline"] == "enss");
     CHECK(report["render_size"] == json{24, 16});
     CHECK(report["output_size"] == json{48, 32});
-    CHECK(report["device"]["driver_version"].get<std::string>() == test_device().profile().driver_version);
+    CHECK(report["devices"][0]["driver_version"].get<std::string>() == test_device().profile().driver_version);
     CHECK(report["memory"]["arena"].get<size_t>() >= report["memory"]["peak_live_bytes"].get<size_t>());
     CHECK(report["memory"]["peak_live_bytes"].get<size_t>() > 0);
     REQUIRE(report["stages"].size() > 3);
@@ -455,6 +455,25 @@ TEST_CASE("upscale --trace writes spans of every stage and frame") {
         stages += contains(outcome.out, name);
     }
     CHECK(stages > 3);
+}
+
+TEST_CASE("upscale --fallback goes on without a device that is lost") {
+    if (!test_device().profile().sub_devices) return;
+    const Workplace place;
+    const std::vector<std::string> arguments{
+        "upscale",  place.sequence().string(), "--model",  network,
+        "--output", place.output().string(),   "--device", test_selector() + "/1, " + test_selector() + "/1=dsp",
+        "--place",  "*convolution*=dsp"};
+    const std::string lost = "OPENCL_LAYERS='" CLARUS_FAULTS_LAYER "' CLARUS_FAULTS='markers 0 2'";
+    const Outcome without = run_tool_after(lost, arguments);
+    CHECK(without.exit_code == 1);
+    CHECK_MESSAGE(contains(without.err, "clarus: error: device "), without.err);
+    std::vector<std::string> with = arguments;
+    with.push_back("--fallback");
+    const Outcome outcome = run_tool_after(lost, with);
+    CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+    CHECK_MESSAGE(contains(outcome.err, "stages go on on device "), outcome.err);
+    CHECK(place.outputs() == all_png);
 }
 
 TEST_CASE("upscale --view writes what the pipeline saw") {

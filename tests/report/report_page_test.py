@@ -322,9 +322,9 @@ class ReportPage(unittest.TestCase):
         self.at(identifier).send_keys(keys)
 
     def test_every_section_is_there_and_the_network_is_not_asked(self):
-        for section in ("pictures", "worst", "over-time", "what-to-pick", "stages", "roofline", "devices"):
+        for section in ("pictures", "worst", "over-time", "what-to-pick", "stages", "timeline", "roofline", "devices"):
             self.assertTrue(self.shown(section), section)
-        self.assertEqual(len(self.text("nav a")), 7)
+        self.assertEqual(len(self.text("nav a")), 8)
         self.assertEqual(
             self.script(
                 "return performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"
@@ -338,7 +338,7 @@ class ReportPage(unittest.TestCase):
         )
 
     def device_name(self):
-        return json.loads((self.results["bicubic"] / "report.json").read_text())["device"]["name"]
+        return json.loads((self.results["bicubic"] / "report.json").read_text())["devices"][0]["name"]
 
     def test_names_are_text(self):
         self.assertEqual(

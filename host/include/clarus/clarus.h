@@ -61,6 +61,8 @@ typedef struct clarus_options {
     size_t pipeline_option_count;
     int output_width, output_height; /* 0: the render size times the model's scale; set both or neither */
     int dynamic_resolution;          /* 1: frames may be rendered smaller, see clarus_frame */
+    const char* placement;           /* of stages on several devices; NULL: "auto" */
+    int fallback;                    /* 1: where a device fails, others go on */
 } clarus_options;
 
 typedef struct clarus_option_description {
@@ -95,6 +97,15 @@ typedef struct clarus_memory {
     size_t weights, arena, peak_live_bytes, staging;
 } clarus_memory;
 
+/* Stages that one of several devices runs one after the other. */
+typedef struct clarus_placed_part {
+    int device; /* its number */
+    const char* const* stages;
+    size_t stage_count;
+    double seconds;  /* a frame, as "auto" has measured; 0 where rules placed it */
+    size_t bytes_in; /* a frame, of what other devices made */
+} clarus_placed_part;
+
 /* What the last failed call of this thread was about. */
 const char* clarus_last_error(void);
 
@@ -102,6 +113,11 @@ void clarus_set_log_callback(void (*callback)(clarus_log_level level, const char
 
 clarus_status clarus_device_open(const char* selector, clarus_device** device);
 clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device);
+/* Devices that work on networks together, in this order. */
+clarus_status clarus_device_together(const clarus_device* const* devices, size_t count, clarus_device** device);
+size_t clarus_device_count(const clarus_device* device);
+/* What clarus_device_open takes to get this one again; `index` from 0 to less than the count. Lives as long as it. */
+const char* clarus_device_selector(const clarus_device* device, size_t index);
 void clarus_device_release(clarus_device* device);
 
 /* A shipped model's or filter's name, or a file. `scale` is used by filters and by models of any scale. */
@@ -128,6 +144,11 @@ clarus_status clarus_upscaler_output_size_of(const clarus_upscaler* upscaler, in
                                              int* width, int* height);
 clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler);
 clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler);
+
+/* How several devices share the stages, after clarus_upscaler_prepare; 0 parts where there is one device. */
+size_t clarus_upscaler_part_count(clarus_upscaler* upscaler);
+/* Its words live until the parts are next counted. */
+clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t index);
 
 /* `done` may be NULL; else it receives an event that the caller releases with clReleaseEvent. */
 clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* frame, cl_event* done);

@@ -54,6 +54,10 @@ struct StreamOptions {
     /// stage's name (StageProfile::name) counts. In a pattern * stands for any characters; DEVICE is a class of one of
     /// the devices, or its number from 0, and device 0 makes what no rule names.
     std::string placement = "auto";
+    /// Where Device::open was given several: when one fails, in `submit` or later, `submit` moves its stages to the
+    /// first of the others, compiles them there, and goes on without history. A frame whose event failed is to be
+    /// submitted again. Without, such a failure is an error that names the device.
+    bool fallback = false;
     /// Whether frames may be rendered smaller than the render size (FrameDescription::render_size). Takes memory for a
     /// copy of the history.
     bool dynamic_resolution = false;
@@ -113,11 +117,11 @@ struct MemoryRequirements {
 struct StageProfile {
     struct Span {
         int frame;          // since the last `take_profile`
-        double start, end;  // in seconds on the device's clock
+        double start, end;  // in seconds on the host's steady clock, to within what it takes to enqueue a command
     };
     std::string name;         // "convolution 1", "warp", …
     std::string kernel;       // the implementation and its parameters
-    std::string device;       // DeviceProfile::selector; empty for transfers between devices
+    int device = 0;           // its number among the Device's; −1: a transfer between two
     double seconds = 0;       // median over the frames, from device events
     double operations = 0;    // floating-point operations a frame of the largest size, as the plain definition counts
     double bytes = 0;         // bytes a frame that must be read and written, each tensor once
@@ -126,10 +130,18 @@ struct StageProfile {
 
 /// Stages that one of several devices runs one after the other (StreamOptions::placement).
 struct PlacedPart {
+    /// What it reads that another part made.
+    struct Input {
+        int part;           // that made it, by its place in Upscaler::placement
+        std::string value;  // the name of the stage
+        int frames_ago;     // 0: of the same frame; 1: of the frame before
+        size_t bytes;
+    };
     int device = 0;                   // its number
     std::vector<std::string> stages;  // StageProfile::name
     double seconds = 0;               // a frame, as "auto" has measured; 0 where rules placed it
     size_t bytes_in = 0;              // a frame, of what other devices made
+    std::vector<Input> inputs;
 };
 
 /// What a submitted frame leaves behind. A handle; copies mean the same frame.
