@@ -1,6 +1,7 @@
 #include "sharing.h"
 
 #include <math.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -28,7 +29,8 @@ static int has_before;    /* the frame before was shared */
 static uint64_t number;   /* frames that the program showed */
 static scene before;      /* what the frame before was drawn with */
 static float *distances, *before_distances;
-static float farthest; /* of all far planes; depth is shared as a share of it */
+static volatile sig_atomic_t is_at_work; /* with the stream, where a signal may find it */
+static float farthest;                   /* of all far planes; depth is shared as a share of it */
 
 static void give_up(const char* format, ...) {
     va_list arguments;
@@ -119,10 +121,12 @@ int sharing_begin(int new_width, int new_height) {
         open_stream(new_width, new_height);
     }
     if (!stream) return 0;
+    is_at_work = 1;
     const int is_connected = clarus_share_stream_state(stream).connected;
     const int waits = is_connected && settings.policy == CLARUS_SHARE_EVERY_FRAME;
     is_wanted = clarus_share_begin(stream, waits ? PATIENCE_MS : 0, &slot) == CLARUS_SHARE_OK &&
                 clarus_share_stream_state(stream).connected;
+    is_at_work = 0;
     return is_wanted;
 }
 
@@ -165,7 +169,10 @@ void sharing_frame(const unsigned char* color, const float* depth, const scene* 
         slot.reset = 1;
         memset(motion, 0, sizeof(float) * 2 * (size_t)width * (size_t)height);
     }
-    if (clarus_share_end(stream, &slot) != CLARUS_SHARE_OK) {
+    is_at_work = 1;
+    const clarus_share_status status = clarus_share_end(stream, &slot);
+    is_at_work = 0;
+    if (status != CLARUS_SHARE_OK) {
         give_up("%s", clarus_share_last_error());
         close_stream();
     }
@@ -177,6 +184,7 @@ void sharing_frame(const unsigned char* color, const float* depth, const scene* 
 }
 
 __attribute__((destructor)) static void end(void) {
+    if (is_at_work) return; /* a handler of signals ends the program: the upscaler sees it gone */
     if (stream && clarus_share_stream_state(stream).connected) clarus_share_drain(stream, PATIENCE_MS);
     close_stream();
 }

@@ -237,6 +237,34 @@ TEST_CASE("an OpenGL program's frames have the depth, motion and jitter that it 
     CHECK(runtime.is_empty());
 }
 
+TEST_CASE("an OpenGL program does not wait for an upscaler that takes the newest frame") {
+    const Display display;
+    if (const char* reason = reason_to_skip(display)) {
+        MESSAGE("skipped: ", reason);
+        return;
+    }
+    const RuntimeFolder runtime;
+    Game game(display, "linked", "newest");
+    const SharedReader reader = open_reader("scene");
+    REQUIRE(connect(reader.get()) == CLARUS_SHARE_OK);
+    clarus_share_frame first, later;
+    REQUIRE(clarus_share_reader_wait(reader.get(), 20000, &first) == CLARUS_SHARE_OK);
+    do {
+        REQUIRE(clarus_share_reader_release(reader.get()) == CLARUS_SHARE_OK);
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        REQUIRE(clarus_share_reader_wait(reader.get(), 20000, &later) == CLARUS_SHARE_OK);
+    } while (later.number < first.number + 10);
+    CHECK(clarus_share_reader_state(reader.get()).skipped > 0);
+    CHECK(later.reset != 0);  // motion spans one frame
+    Errors errors;
+    compare(later, errors);
+    CHECK(errors.looked > 0);
+    CHECK(errors.colors == 0);
+    CHECK(errors.depths == 0);
+    clarus_share_reader_refuse(reader.get(), "enough");
+    CHECK(game.end() == 0);
+}
+
 TEST_CASE("an OpenGL program is told what is wrong, and goes on") {
     const Display display;
     if (const char* reason = reason_to_skip(display)) {
