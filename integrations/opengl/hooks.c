@@ -45,30 +45,35 @@
     }
 DRAWS(DRAW)
 
+/* Between glBegin and glEnd: a list that is called there holds vertices, and matrices cannot be changed. */
+static int is_in_primitive;
+
 EXPORTED void glBegin(GLenum mode) {
     FIND(glBegin);
     frame_before_draw();
+    is_in_primitive = 1;
     real(mode);
 }
 
 EXPORTED void glEnd(void) {
     FIND(glEnd);
     real();
+    is_in_primitive = 0;
     frame_after_draw();
 }
 
 EXPORTED void glCallList(GLuint list) {
     FIND(glCallList);
-    frame_before_list();
+    if (!is_in_primitive) frame_before_list();
     real(list);
-    frame_after_draw();
+    if (!is_in_primitive) frame_after_draw();
 }
 
 EXPORTED void glCallLists(GLsizei count, GLenum type, const void* lists) {
     FIND(glCallLists);
-    frame_before_list();
+    if (!is_in_primitive) frame_before_list();
     real(count, type, lists);
-    frame_after_draw();
+    if (!is_in_primitive) frame_after_draw();
 }
 
 EXPORTED void glNewList(GLuint list, GLenum mode) {

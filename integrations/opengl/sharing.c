@@ -113,6 +113,7 @@ static void open_stream(int new_width, int new_height) {
 }
 
 int sharing_begin(int new_width, int new_height) {
+    if (!settings.name) return 0;
     ++number;
     if (!is_wanted || new_width == 0) has_before = 0;
     is_wanted = 0;
