@@ -61,7 +61,6 @@ def openarena(stream):
             "HOME": stack.enter_context(tempfile.TemporaryDirectory()),
             "LD_PRELOAD": library,
             "CLARUS_GL_STREAM": stream,
-            "CLARUS_GL_POLICY": "every",
             "SDL_AUDIODRIVER": "dummy",
         }
         settings = {

@@ -59,7 +59,8 @@ int sharing_is_wanted(void) {
         const char* policy = getenv("CLARUS_GL_POLICY");
         if (policy && strcmp(policy, "newest") != 0 && strcmp(policy, "every") != 0 && settings.name)
             give_up("CLARUS_GL_POLICY is '%s', and neither 'newest' nor 'every'", policy);
-        settings.policy = policy && strcmp(policy, "every") == 0 ? CLARUS_SHARE_EVERY_FRAME : CLARUS_SHARE_NEWEST_FRAME;
+        settings.policy =
+            policy && strcmp(policy, "newest") == 0 ? CLARUS_SHARE_NEWEST_FRAME : CLARUS_SHARE_EVERY_FRAME;
         settings.scale = number_in("CLARUS_GL_SCALE", 2, 1, 16);
         settings.jitter_points = (int)number_in("CLARUS_GL_JITTER", 16, 0, 1024);
     }
