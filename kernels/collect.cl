@@ -130,8 +130,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void collect(Sizes g
     if (x < OUT_WIDTH && y < OUT_HEIGHT) collect_pixel(sizes, color, past, trust, motion, out, frame, x, y);
 }
 
-// For devices that make vectors of what a work-item says is one: all pixels whose nearest samples are LANES × ROWS, as
-// in compose.cl.
+// For devices that make vectors of what a work-item says is one: all pixels whose nearest samples are LANES × ROWS.
 #ifdef MOST_PHASES
 DEFINE_COLLECT(float16)
 

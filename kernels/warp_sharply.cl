@@ -1,4 +1,4 @@
-// warp_sharply(history, M) of docs/clarus.md; upsample(colour, s, J) of weight 0, for any real s, where M is invalid
+// warp_sharply(history, M) of docs/fsr2.md; upsample(colour, s, J) of weight 0, for any real s, where M is invalid
 // and all over a reset frame.
 //
 // Options: IMAGE_* (the history: colour and a weight), MOTION_*, OUT_* (output resolution), COLOR_* (render resolution;

@@ -51,7 +51,6 @@ graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, co
 graph::Graph build_nss(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_srpo(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_stack(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
-graph::Graph build_clarus(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_nearest(const FilterSettings& settings);
 graph::Graph build_bilinear(const FilterSettings& settings);
 graph::Graph build_bicubic(const FilterSettings& settings);

@@ -186,19 +186,6 @@ Value Graph::warp_sharply(Value history, Value motion, Value color, double scale
     return add(WarpSharply{scale}, {history, motion, color}, in, "warp sharply");
 }
 
-Value Graph::sense(Value past, Value depth) {
-    const Shape in = shape(depth);
-    expect(in.channels == 1 && shape(past).channels == 4, "history is colour and a weight");
-    return add(Sense{}, {past, depth}, {kSensed, in.height, in.width}, "sense");
-}
-
-Value Graph::compose(Value color, Value past, Value predicted, double scale) {
-    const Shape in = shape(color);
-    expect(in.channels == 3 && shape(past).channels == 4, "history is colour and a weight");
-    expect(shape(predicted) == Shape{kComposeParameters, in.height, in.width}, "parameters for each sample");
-    return add(Compose{scale}, {color, past, predicted}, shape(past), "compose");
-}
-
 Value Graph::residual(Value color, Value past) {
     expect(shape(color).channels == 3 && shape(past).channels == 4, "history is colour and a weight");
     return add(Residual{}, {color, past}, shape(color), "residual");

@@ -120,8 +120,6 @@ class Graph {
     Value middle_motion(Value motion, Value depth, Value landed_source);
     Value between(Value middle, Value color, Value previous, double scale);
     Value warp_sharply(Value history, Value motion, Value color, double scale);
-    Value sense(Value past, Value depth);
-    Value compose(Value color, Value past, Value predicted, double scale);
     Value residual(Value color, Value past);
     Value trust(Value residual, Value motion, double scale);
     Value collect(Value color, Value past, Value trust, Value motion, double scale);

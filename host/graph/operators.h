@@ -199,7 +199,7 @@ struct Between {
     Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 47}; }
 };
 
-// The project's own network: docs/clarus.md. History is 4 channels HR: colour and the weight of the samples in it.
+// FSR 2's class of upscaler: docs/fsr2.md. History is 4 channels HR: colour and the weight of the samples in it.
 
 /// warp_sharply(history, M), and upsample(colour, s, J) of weight 0 where M is invalid and all over a reset frame; any
 /// real scale from 1. Inputs: history, motion in HR pixels (a vector for each), colour.
@@ -208,24 +208,6 @@ struct WarpSharply {
     // Operations: twelve taps.
     Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 25}; }
 };
-
-/// sense(past, d, J) at any real scale. Inputs: past, depth. Result: 9 channels at render resolution.
-struct Sense {
-    // Operations: five look-ups.
-    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 15}; }
-};
-inline constexpr int kSensed = 9;
-
-/// compose(colour, past, p, s, J) at any real scale from 1. Inputs: colour, past, p (17 channels at render resolution).
-/// Result: the new history.
-struct Compose {
-    double scale;
-    // Operations: nine taps at 20, 76 for what follows.
-    Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, 64}; }
-};
-inline constexpr int kComposeParameters = 17;
-
-// FSR 2's class of upscaler: docs/fsr2.md. History is as above.
 
 /// residual(colour, past, J) at any real scale. Inputs: colour, past. Result: 3 channels at render resolution, in
 /// YCoCg.
@@ -458,12 +440,12 @@ struct Pointwise {
     }
 };
 
-using Operator = std::variant<Input, Plane, Previous, Import, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample,
-                              Fit, Easu, Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range,
-                              Believed, LandedSource, MiddleMotion, Between, WarpSharply, Sense, Compose, Residual,
-                              Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
-                              Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve,
-                              SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+using Operator =
+    std::variant<Input, Plane, Previous, Import, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Fit, Easu,
+                 Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, LandedSource,
+                 MiddleMotion, Between, WarpSharply, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool,
+                 Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
+                 NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
 
 inline Traits traits(const Operator& op) {
     return std::visit(

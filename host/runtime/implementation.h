@@ -150,8 +150,6 @@ std::span<const Implementation> landed_source_implementations();
 std::span<const Implementation> middle_motion_implementations();
 std::span<const Implementation> between_implementations();
 std::span<const Implementation> warp_sharply_implementations();
-std::span<const Implementation> sense_implementations();
-std::span<const Implementation> compose_implementations();
 std::span<const Implementation> residual_implementations();
 std::span<const Implementation> trust_implementations();
 std::span<const Implementation> collect_implementations();

@@ -104,3 +104,12 @@ TEST_CASE("NSS files say their scale and white, or are as published") {
         CHECK(message.find("model.safetensors") != std::string::npos);
     }
 }
+
+TEST_CASE("a network of whole scales is not of any") {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder.path() / "model.safetensors";
+    ModelFile file = ModelFile::read(CLARUS_GOLDEN_DIR "/mnss_x2.model.safetensors");
+    file.header["__metadata__"]["scale"] = "any";
+    file.write(path);
+    CHECK_THROWS_WITH_AS(Model::load(path.string()), doctest::Contains("whole number from 2 to 3, not \"any\""), Error);
+}

@@ -150,10 +150,9 @@ TEST_CASE("another real scale asks for no other programs") {
             for (const double scale : {1.0, 1.5, 2.3456, 3.0, 12.5})
                 check_same_programs(programs, programs_of(Model::filter(name, scale), at(scale), profile));
         }
-        for (const std::string name : {"clarus_x2", "nss_x2"}) {
-            CAPTURE(name);
+        {
             const TemporaryFolder folder;
-            ModelFile file = ModelFile::read(std::string(CLARUS_GOLDEN_DIR) + "/" + name + ".model.safetensors");
+            ModelFile file = ModelFile::read(std::string(CLARUS_GOLDEN_DIR) + "/nss_x2.model.safetensors");
             file.header["__metadata__"]["scale"] = "any";
             const std::filesystem::path path = folder / "model.safetensors";
             file.write(path);

@@ -37,8 +37,6 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::WarpSharply&) const {
         return warp_sharply_implementations();
     }
-    std::span<const Implementation> operator()(const graph::Sense&) const { return sense_implementations(); }
-    std::span<const Implementation> operator()(const graph::Compose&) const { return compose_implementations(); }
     std::span<const Implementation> operator()(const graph::Residual&) const { return residual_implementations(); }
     std::span<const Implementation> operator()(const graph::Trust&) const { return trust_implementations(); }
     std::span<const Implementation> operator()(const graph::Collect&) const { return collect_implementations(); }

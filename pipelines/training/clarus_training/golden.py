@@ -13,7 +13,7 @@ import os
 import numpy as np
 import torch
 
-from . import clarus, enss, mnss, model_file, nsrr, nss, operators, safetensors, srpo, stack
+from . import enss, mnss, model_file, nsrr, nss, operators, safetensors, srpo, stack
 from .frame import Frame
 from .layers import convolutions
 
@@ -108,12 +108,6 @@ CASES = {
         "srpo_x1": dict(scale=1, size=(11, 6)),
         "srpo_x11": dict(scale=11, size=(3, 2)),
     },
-    "clarus": {
-        "clarus_x2": dict(scale=2, width=12, middle=1, size=(13, 9)),
-        "clarus_x1_5": dict(scale=1.5, width=8, middle=2, size=(14, 10), jittered=True),
-        "clarus_x3_4": dict(scale=3.4, width=8, middle=0, size=(9, 7)),  # not to whole sizes
-        "clarus_x4_1x1": dict(scale=4, width=4, middle=1, size=(1, 1)),
-    },
     "stack": {
         "stack_espcn_x2": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1)),
         "stack_espcn_rgb_x3": dict(scale=3, size=(9, 7), color="rgb", layers=stack.espcn(3, 3, (16, 12))),
@@ -167,20 +161,6 @@ def random_nss(generator, scale, white, **_):
 
 def random_srpo(generator, scale, **_):
     return random_weights(generator, srpo.Srpo(scale), 1.2)
-
-
-def random_clarus(generator, scale, width, middle, **_):
-    """Parameters that span their ranges, around those of a network to be trained."""
-    network = random_weights(generator, clarus.Clarus(scale, width, middle), 1)
-    last = network.layers[-1]
-    spread = [3, 3, 1.5, 2, 3, 3, 2, 3, *[0.2] * 9, *[1] * clarus.FEATURES]
-    with torch.no_grad():
-        last.weight.mul_(torch.tensor(spread)[:, None, None, None])
-        last.bias.mul_(torch.tensor(spread))
-        last.bias[: len(clarus.STARTING_BIASES)] += torch.tensor(clarus.STARTING_BIASES)
-        for parameter in last.parameters():
-            parameter.copy_(parameter.half().float())
-    return network
 
 
 def random_stack(generator, scale, color, layers, held=False, quantized=False, **_):
@@ -253,7 +233,6 @@ RANDOM_NETWORKS = {
     "mnss": random_mnss,
     "nss": random_nss,
     "srpo": random_srpo,
-    "clarus": random_clarus,
     "stack": random_stack,
 }
 

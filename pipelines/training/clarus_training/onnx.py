@@ -186,8 +186,6 @@ def network_graph(network, frame):
     if network.pipeline == "nss":
         seen = torch.rand(1, 12, nss.padded(height), nss.padded(width), generator=generator).to(frame.color)
         return Graph(Call(network, "autoencoder"), {"seen": seen}, ["kernels", "temporal"])
-    if network.pipeline == "clarus":
-        return Graph(Call(network, "predict"), {"x": noise(network.layers[0].in_channels)}, ["parameters_and_features"])
     if network.pipeline == "srpo":
         return Graph(Call(network, "offsets"), {"color": noise(3)}, ["offsets"])
     channels = {"rgb": 3, "luma": 1}[network.network_color]

@@ -15,10 +15,9 @@ value a frame of whatever needs no history; where history may be checked, `place
 [N, 3, H, W] and the new state.
 """
 
-from . import clarus, enss, espcn, mnss, nsrr, nss, srpo, stack
+from . import enss, espcn, mnss, nsrr, nss, srpo, stack
 
 PIPELINES = {
-    "clarus": clarus,
     "enss": enss,
     "espcn": espcn,
     "mnss": mnss,
