@@ -2,6 +2,7 @@
 """What the tree says of its documents holds: cited documents and headings exist, relative links lead somewhere, and
 options that the documents name are options of the command. Usage: docs_test.py ROOT [CLARUS]"""
 
+import os
 import pathlib
 import re
 import subprocess
@@ -12,13 +13,17 @@ root = pathlib.Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else pathlib.Pat
 tool = sys.argv[2] if len(sys.argv) > 2 else None
 
 source_suffixes = {".cpp", ".h", ".c", ".cl", ".clh", ".py", ".cmake", ".sh"}
-left_out = re.compile(r"^(build|demo|\.git)")  # made by ./run and CMake
+left_out = re.compile(r"^(build.*|demo|\..*)$")  # made by ./run and CMake, and what is hidden
 
 
 def files(suffixes):
-    for path in sorted(root.rglob("*")):
-        if path.suffix in suffixes and path.is_file() and not left_out.match(str(path.relative_to(root))):
-            yield path
+    for folder, folders, names in os.walk(root):
+        if pathlib.Path(folder) == root:
+            folders[:] = [name for name in folders if not left_out.match(name)]
+        folders.sort()
+        for name in sorted(names):
+            if pathlib.Path(name).suffix in suffixes:
+                yield pathlib.Path(folder) / name
 
 
 def without_code(text):
