@@ -4,7 +4,7 @@
 
 namespace clarus::bench {
 
-// Models (formats.md) with small random weights: time does not depend on them.
+// Models (docs/formats.md, "A model") with small random weights: time does not depend on them.
 
 /// ENSS of f features and m middle layers, with one set of kernels.
 Model random_enss(int scale, int features, int middle);

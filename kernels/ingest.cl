@@ -1,5 +1,5 @@
-// The caller's colour, depth and motion into their canonical form (conventions.md), and the planes of the jitter and
-// the scale: one pass over the frame.
+// The caller's colour, depth and motion into their canonical form (docs/conventions.md), and the planes of the jitter
+// and the scale: one pass over the frame.
 //
 // Options: WIDTH, HEIGHT (of the largest; depth and motion may be smaller than colour); the layouts COLOR_*, DEPTH_*,
 // MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_* of what the pipeline uses, each but motion with a …_STORAGE (half or

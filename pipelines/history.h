@@ -5,7 +5,7 @@
 
 namespace clarus::pipelines {
 
-/// What a model asks for beyond its paper (docs/history.md).
+/// What a model asks for beyond its paper (docs/history.md, "Checked history and held range").
 struct HistoryOptions {
     bool checked = false;  // metadata `history`
     bool held = false;     // metadata `range`

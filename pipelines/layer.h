@@ -17,7 +17,7 @@ int chosen_extent(const io::Safetensors& model, const std::string& tensor, int64
 /// A tensor's values. Errors: file, naming the tensor, where one is not finite.
 std::vector<float> finite_floats(const io::Safetensors& model, const io::Tensor& tensor);
 
-/// Whether the model has the layer's weights in whole numbers (docs/quantization.md).
+/// Whether the model has the layer's weights in whole numbers (docs/quantization.md, "Model files").
 bool is_quantized(const io::Safetensors& model, const std::string& name);
 
 /// Reads `name`.weight and `name`.bias as the weights and biases of a convolution whose shape `parameters` say; what

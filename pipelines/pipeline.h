@@ -15,7 +15,7 @@ namespace clarus::pipelines {
 /// The value of every option that a pipeline declares, by name.
 using PipelineOptions = std::map<std::string, double>;
 
-/// A system with a network: a model's tensors in, a graph out. What a model file must hold is said in formats.md.
+/// A system with a network: a model's tensors in, a graph out. What a model file must hold: docs/formats.md, "A model".
 struct Pipeline {
     std::string_view name;  // the model's `pipeline`
     double smallest_scale, largest_scale;

@@ -24,7 +24,7 @@ struct FrameSizes {
 void check_frame(const FrameDescription& frame, const StreamOptions& options, const FrameSizes& sizes, Needs needs,
                  cl_context context);
 
-/// One coordinate of q (conventions.md, "Sample position").
+/// One coordinate of q, the sample position (docs/conventions.md, "Jitter").
 int sample_position(double jitter, int scale);
 
 }  // namespace clarus

@@ -17,7 +17,7 @@
 namespace clarus {
 namespace {
 
-// pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
+// docs/pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
 constexpr double kTrainedJitterDistance = 0.01;
 
 /// Render sizes of which a model makes the output size, or a little less along one axis or both: there, the result is

@@ -60,9 +60,9 @@ struct DenseLayer {
     std::vector<float> weights, biases;
 };
 
-/// How the sets of conditioned parameters follow from the frame's jitter (pipelines.md, "Jitter-conditioned kernels"):
-/// a table of jitters, one a set, and/or a perceptron (ReLU after all layers but the last) from J to all of them,
-/// flattened in the order of `conditioned`, each weights then biases.
+/// How the sets of conditioned parameters follow from the frame's jitter (docs/pipelines.md, "Jitter-conditioned
+/// kernels"): a table of jitters, one a set, and/or a perceptron (ReLU after all layers but the last) from J to all of
+/// them, flattened in the order of `conditioned`, each weights then biases.
 struct JitterKernels {
     std::vector<Vec2> table;  // empty and one set: that set serves every jitter
     std::vector<DenseLayer> predictor;

@@ -8,8 +8,8 @@
 #include "graph/quantization.h"
 #include "graph/traits.h"
 
-/// The operators of pipelines.md as plain data. An operator's inputs, in order, and its result are documented here; the
-/// definitions are the spec's.
+/// The operators of docs/pipelines.md, "Operators", as plain data. An operator's inputs, in order, and its result are
+/// documented here; the definitions are there.
 namespace clarus::graph {
 
 enum class Resource { color, depth, motion };

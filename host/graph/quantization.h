@@ -6,7 +6,7 @@
 
 namespace clarus::graph {
 
-// The exact arithmetic: docs/quantization.md.
+// docs/quantization.md, "Arithmetic".
 
 /// What the numbers of a value stand for that is stored in a byte an element: scale · (number − zero_point).
 struct Quantization {

@@ -33,8 +33,8 @@ struct GroundTruth {
     Pixels motion;  // canonical, but in output pixels; NaN where invalid
 };
 
-/// A frame's `reference_depth` and `reference_motion` (formats.md); none where it does not name both. Errors: as
-/// read_frame.
+/// A frame's `reference_depth` and `reference_motion` (docs/formats.md, "A frame's fields"); none where it does not
+/// name both. Errors: as read_frame.
 std::optional<GroundTruth> read_ground_truth(const Sequence& sequence, size_t index);
 
 /// Reads frames [first, last) in order on threads of its own, up to `ahead` of them before they are asked for.

@@ -7,7 +7,7 @@
 
 namespace clarus::io {
 
-/// formats.md, "A sequence (native layout)". `description`: the JSON. Errors: file, naming the field.
+/// docs/formats.md, "A sequence". `description`: the JSON. Errors: file, naming the field.
 Sequence read_native(const std::filesystem::path& description);
 
 /// `color`, `depth`, `motion`, `reference` and `sequence.json` in a folder.

@@ -7,7 +7,8 @@
 
 namespace clarus::io {
 
-/// Where the files of a new sequence go in one of the layouts of formats.md, and how the layout wants their values.
+/// Where the files of a new sequence go in one of the layouts of docs/formats.md, and how the layout wants their
+/// values.
 class OutputLayout {
   public:
     virtual ~OutputLayout() = default;

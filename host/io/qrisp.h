@@ -8,8 +8,8 @@
 
 namespace clarus::io {
 
-/// formats.md, "QRISP". `segment`: `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`. Depth, motion and reference
-/// are taken where their folders are. Errors: file.
+/// docs/formats.md, "QRISP". `segment`: `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`. Depth, motion and
+/// reference are taken where their folders are. Errors: file.
 Sequence read_qrisp(const std::filesystem::path& segment);
 
 /// Whether the path has that form.

@@ -16,7 +16,7 @@ namespace clarus::io {
 
 enum class MotionUnit { pixels, uv };
 
-/// formats.md, "A sequence": what `motion` says.
+/// docs/formats.md, "motion".
 struct MotionConvention {
     MotionUnit unit = MotionUnit::pixels;
     bool from_previous = false;  // the file holds −m
@@ -29,7 +29,7 @@ struct FrameFiles : FrameParameters {
     // Absolute or relative to the working directory; empty where the frame has none.
     std::filesystem::path color, depth, motion, reference;
     Size render_size;  // where not the sequence's, which is the largest; else {0, 0}
-    std::map<std::string, std::filesystem::path> optional;  // "reactive", "ui", … : formats.md
+    std::map<std::string, std::filesystem::path> optional;  // "reactive", "ui", … : docs/formats.md
     std::string name;                                       // what the output is numbered by: "0000"
 };
 
@@ -65,7 +65,7 @@ struct Sequence {
 
 enum class Layout { guess, native, qrisp, nss };
 
-/// Reads a sequence's description (formats.md); images are left to io/frames.h, but for the size that QRISP and
+/// Reads a sequence's description (docs/formats.md); images are left to io/frames.h, but for the size that QRISP and
 /// NSS captures do not write down. What `path` is:
 ///   native: the folder with `sequence.json`, or the JSON itself;
 ///   QRISP: the segment's folder, `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`;

@@ -5,8 +5,9 @@
 
 namespace clarus::metrics {
 
-/// The first three channels as the display values in [0, 1] that metrics compare (conventions.md, "Colour"): srgb is
-/// clamped, with NaN as 0; linear HDR is exposed, tone-mapped and encoded. Errors: invalid_argument for fewer channels.
+/// The first three channels as the display values in [0, 1] that metrics compare (docs/conventions.md, "Colour"): srgb
+/// is clamped, with NaN as 0; linear HDR is exposed, tone-mapped and encoded. Errors: invalid_argument for fewer
+/// channels.
 io::Pixels display_values(const io::Pixels& pixels, ColorSpace color_space, float exposure = 1);
 
 /// The first three channels of linear HDR as radiance from 0, times exposure: as display_values sees it before it is

@@ -9,10 +9,11 @@
 
 namespace clarus::metrics {
 
-/// Two consecutive frames as IF-SSIM sees them (mnss.txt, section 4; docs/metrics.md): where each pixel was, and which
-/// of them must look the same. Made once for all results that are measured on these frames. What the specification
-/// leaves open: the 5×5 window repeats the image's edge, odd sizes lose their last row or column to the pooling, and a
-/// pixel whose motion is invalid passes no test. A frame after a cut (`reset`) has no predecessor to be compared with.
+/// Two consecutive frames as IF-SSIM sees them (Yang et al. 2022, section 4; docs/metrics.md, "Whole frames"): where
+/// each pixel was, and which of them must look the same. Made once for all results that are measured on these frames.
+/// What it leaves open: the 5×5 window repeats the image's edge, odd sizes lose their last row or column
+/// to the pooling, and a pixel whose motion is invalid passes no test. A frame after a cut (`reset`) has no predecessor
+/// to be compared with.
 class InterFrame {
   public:
     /// References are display values; all images are of one size, and `truth` must outlive this. Errors:
@@ -32,7 +33,7 @@ class InterFrame {
     std::vector<uint8_t> mask_;
 };
 
-/// f of the specification: the least change of a channel that shows, at a mean brightness; both in 8-bit levels.
+/// f of IF-SSIM: the least change of a channel that shows, at a mean brightness; both in 8-bit levels.
 double visible_difference(double brightness);
 
 }  // namespace clarus::metrics

@@ -10,7 +10,7 @@
 
 namespace clarus::metrics {
 
-/// The places where figures are taken, besides whole frames; docs/metrics.md defines them.
+/// The places where figures are taken, besides whole frames; docs/metrics.md, "Masks", defines them.
 enum class Region { disoccluded_1, disoccluded_4, disoccluded_8, thin, moving, still };
 constexpr size_t region_count = 6;
 constexpr std::array<const char*, region_count> region_names{"disoccluded_1", "disoccluded_4", "disoccluded_8",

@@ -7,10 +7,10 @@
 
 namespace clarus::metrics {
 
-/// Pixel std (enss-qrisp.txt, table 3; docs/metrics.md) of a result over a sequence's static segments: runs of two or
-/// more frames that show nothing new, so without the one that the camera came to rest in. A frame shows nothing new
-/// where its reference is, bit for bit, that of the frame before; the sequence's first frame belongs to the segment
-/// that begins with its second. Welford's sums: frames come one by one.
+/// Pixel std (Mercier et al. 2023, table 3; docs/metrics.md, "Whole frames") of a result over a sequence's static
+/// segments: runs of two or more frames that show nothing new, so without the one that the camera came to rest in. A
+/// frame shows nothing new where its reference is, bit for bit, that of the frame before; the sequence's first frame
+/// belongs to the segment that begins with its second. Welford's sums: frames come one by one.
 class PixelStd {
   public:
     /// The next frame's display values, and whether its reference is that of the frame before. Errors: as

@@ -20,8 +20,8 @@ struct SsimMap {
     double mean() const;
 };
 
-/// Structural similarity (Wang et al. 2004; docs/metrics.md) of display values: 11×11 Gaussian windows with σ = 1.5
-/// that fit inside the image, K₁ = 0.01, K₂ = 0.03. None for an image that no window fits into. Errors: as
+/// Structural similarity (Wang et al. 2004; docs/metrics.md, "Whole frames") of display values: 11×11 Gaussian windows
+/// with σ = 1.5 that fit inside the image, K₁ = 0.01, K₂ = 0.03. None for an image that no window fits into. Errors: as
 /// mean_squared_error.
 std::optional<SsimMap> ssim_map(const io::Pixels& image, const io::Pixels& reference);
 

@@ -15,8 +15,8 @@ struct Band {
     double at(int x, int y) const { return values[static_cast<size_t>(y) * size.width + x]; }
 };
 
-/// What STRRED keeps of a frame (Soundararajan and Bovik 2013; docs/metrics.md): scaled entropies of the blocks of a
-/// band, and of its difference from the frame before.
+/// What STRRED keeps of a frame (Soundararajan and Bovik 2013; docs/metrics.md, "Whole frames"): scaled entropies of
+/// the blocks of a band, and of its difference from the frame before.
 struct StrredFrame {
     Band band;
     std::vector<double> spatial;   // entropies, weighted; empty where the image has too few blocks

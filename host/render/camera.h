@@ -16,8 +16,8 @@ struct CameraPose {
     double fov_y = 1;  // vertical field of view
 };
 
-/// A pinhole camera without jitter. Pixel coordinates are those of conventions.md at render resolution: origin
-/// top-left, y down, (0.5, 0.5) the first pixel's centre.
+/// A pinhole camera without jitter. Pixel coordinates are those of docs/conventions.md, "Image grid", at render
+/// resolution: origin top-left, y down, (0.5, 0.5) the first pixel's centre.
 class Camera {
   public:
     Camera(const CameraPose& pose, Size render_size);

@@ -17,7 +17,7 @@ struct RenderSettings {
     bool output_buffers = false;    // RenderedFrame::aliased and what follows it
     float near_plane = 0.1f;        // metres; nothing nearer is seen
     float far_plane = 250;          // metres; depth 1
-    float mip_bias = -1;            // of the colour; −log2(scale) by conventions.md
+    float mip_bias = -1;            // of the colour; −log2(scale) by docs/conventions.md, "Jitter"
     bool motion_at_centre = false;  // else at the colour's sample position
 };
 
@@ -28,7 +28,7 @@ struct FrameState {
     bool cut = false;                          // nothing is seen that was seen before: the frame resets
 };
 
-/// Depth and motion are canonical (conventions.md): view distance / far_plane, the sky 1; motion in render pixels,
+/// Depth and motion are canonical (docs/conventions.md): view distance / far_plane, the sky 1; motion in render pixels,
 /// without jitter. They are those of what is opaque; an overlay has neither. Images not asked for are empty.
 struct RenderedFrame {
     io::Pixels color;      // 3 channels

@@ -20,9 +20,9 @@ inline std::array<const std::optional<TensorLayout>*, 6> destinations(const Inge
 }
 
 /// One kernel that reads the caller's images and writes colour, depth, motion and the planes of the jitter and the
-/// scale in their canonical form (conventions.md), counting invalid motion vectors. Its arguments of kind `input` are
-/// what it writes: 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y, 5 scale. The caller's images begin, and their
-/// rows follow, at multiples of their elements' size.
+/// scale in their canonical form (docs/conventions.md), counting invalid motion vectors. Its arguments of kind `input`
+/// are what it writes: 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y, 5 scale. The caller's images begin, and
+/// their rows follow, at multiples of their elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR

@@ -6,7 +6,7 @@
 
 namespace clarus::runtime {
 
-/// Which set of jitter-conditioned kernels serves a frame (pipelines.md, "Jitter-conditioned kernels"): a table's
+/// Which set of jitter-conditioned kernels serves a frame (docs/pipelines.md, "Jitter-conditioned kernels"): a table's
 /// entry, or one of a bounded number of sets computed when their jitter first appears, the least recently used making
 /// room.
 class JitterSets {

@@ -7,7 +7,8 @@
 
 namespace clarus::runtime {
 
-/// The perceptron that predicts jitter-conditioned kernels (enss-qrisp.txt, section 4.2), its dense layers on CLBlast.
+/// The perceptron that predicts jitter-conditioned kernels (docs/pipelines.md, "Jitter-conditioned kernels"), its dense
+/// layers on CLBlast.
 class KernelPredictor {
   public:
     KernelPredictor(ocl::Context& context, const std::vector<graph::DenseLayer>& layers);

@@ -9,7 +9,7 @@
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
-// ENSS: Mercier et al. 2023, "Efficient neural supersampling on a novel gaming dataset" (pipelines.md, "ENSS").
+// ENSS: Mercier et al. 2023, "Efficient neural supersampling on a novel gaming dataset" (docs/pipelines.md, "ENSS").
 namespace clarus::pipelines {
 namespace {
 

@@ -1,7 +1,7 @@
 #include "pipelines/pipeline.h"
 #include "pipelines/sharpness.h"
 
-// pipelines.md, "Filters without a network". They know the jitter, so that what a network is compared with is not
+// docs/pipelines.md, "Filters without a network". They know the jitter, so that what a network is compared with is not
 // shifted by half a pixel.
 namespace clarus::pipelines {
 namespace {

@@ -6,7 +6,7 @@
 #include "pipelines/pipeline.h"
 
 // MNSS: Yang et al. 2022, "MNSS: Neural supersampling framework for real-time rendering on mobile devices"
-// (pipelines.md, "MNSS"). Stages are named after the paper's modules (table 3).
+// (docs/pipelines.md, "MNSS"). Stages are named after the paper's modules (table 3).
 namespace clarus::pipelines {
 
 using graph::Activation;

@@ -10,7 +10,7 @@
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
-// NSRR: Xiao et al. 2020, "Neural supersampling for real-time rendering" (pipelines.md, "NSRR"). Layers and their
+// NSRR: Xiao et al. 2020, "Neural supersampling for real-time rendering" (docs/pipelines.md, "NSRR"). Layers and their
 // stages are called as their tensors.
 namespace clarus::pipelines {
 namespace {

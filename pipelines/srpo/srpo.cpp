@@ -3,7 +3,7 @@
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
 
-// SRPO: Gu et al. 2022, "Super-resolution by predicting offsets" (pipelines.md, "SRPO").
+// SRPO: Gu et al. 2022, "Super-resolution by predicting offsets" (docs/pipelines.md, "SRPO").
 namespace clarus::pipelines {
 namespace {
 

@@ -11,7 +11,7 @@
 
 using namespace clarus;
 
-TEST_CASE("Halton jitter is the sequence of conventions.md") {
+TEST_CASE("Halton jitter is the sequence of docs/conventions.md") {
     const auto check = [](int frame, double x, double y) {
         CHECK(halton_jitter(frame, 16).x == doctest::Approx(x));
         CHECK(halton_jitter(frame, 16).y == doctest::Approx(y));
@@ -38,7 +38,7 @@ SubPixel sub_pixel(Vec2 jitter, int scale) {
 
 }  // namespace
 
-TEST_CASE("MNSS jitter is the pattern of conventions.md") {
+TEST_CASE("MNSS jitter is the pattern of docs/conventions.md") {
     int a = 0, b = 0;
     for (int frame = 0; frame < 30; ++frame) {
         CAPTURE(frame);

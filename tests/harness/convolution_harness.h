@@ -11,7 +11,7 @@ namespace clarus::test {
 graph::Parameters random_parameters(int out_channels, int in_channels, int kernel, int sets, std::mt19937& random,
                                     int groups = 1, int stride = 1);
 
-/// conv(a→b) of the specification, with groups and a stride, and relu where asked for, for `size` pixels of the image.
+/// conv(a→b) of docs/pipelines.md, with groups and a stride, and relu where asked for, for `size` pixels of the image.
 Planes expected_convolution(const Planes& image, const graph::Parameters& parameters, int set,
                             graph::Activation activation, Size size);
 

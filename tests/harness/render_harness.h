@@ -12,7 +12,8 @@
 #include "io/sequence.h"
 #include "render/renderer.h"
 
-/// What the renderer's tests share: small scenes, their own arithmetic of cameras, and conventions.md read backwards.
+/// What the renderer's tests share: small scenes, their own arithmetic of cameras, and docs/conventions.md read
+/// backwards.
 namespace clarus::render_test {
 
 using Motion = render::Scene::Motion;
@@ -47,7 +48,8 @@ double psnr(const io::Pixels& a, const io::Pixels& b);
 /// Means of factor × factor pixels.
 io::Pixels pooled(const io::Pixels& image, int factor);
 
-/// Frame `index` of a sequence that was read, its depth and motion made canonical by the formulas of conventions.md.
+/// Frame `index` of a sequence that was read, its depth and motion made canonical by the formulas of
+/// docs/conventions.md.
 io::FramePixels read_canonical(const io::Sequence& sequence, size_t index);
 
 /// Runs `clarus render` with these arguments.

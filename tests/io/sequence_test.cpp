@@ -28,7 +28,7 @@ json frame(int index) {
             {"reference", "reference/" + number + ".png"}};
 }
 
-/// The description in formats.md, of three frames.
+/// The description in docs/formats.md, "A sequence", of three frames.
 json description() {
     return {
         {"version", 1},

@@ -54,7 +54,8 @@ graph::Shape stored_shape(const Case& test, const Part& part) {
     return {part.channels, height, width};
 }
 
-/// upsample(I, 2, 0) of the specification at one place of an axis: two pixels and the second one's weight.
+/// upsample(I, 2, 0) of docs/pipelines.md, "Operators", at one place of an axis: two pixels and the second one's
+/// weight.
 struct Tap {
     int first, second;
     float weight;

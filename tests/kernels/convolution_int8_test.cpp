@@ -45,7 +45,7 @@ graph::Parameters random_weights(const Case& test, std::mt19937& random, int set
     return parameters;
 }
 
-/// docs/quantization.md: numbers for values.
+/// docs/quantization.md, "Arithmetic": numbers for values.
 Planes numbers(const Planes& image, const Quantization& quantization) {
     const float inverse = 1 / quantization.scale;
     return planes(image.shape, [&](int c, int x, int y) -> float {

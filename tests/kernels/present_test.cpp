@@ -196,7 +196,7 @@ TEST_CASE("present turns display values back into light") {
     for (const float exposure : {1.0f, 0.125f, 100.0f}) {
         const Planes result = run_present(output, pixel_layout(shape, Storage::f32), options, exposure);
         const Planes expected = expected_target(output, options, exposure);
-        // Compared as display values (conventions.md): light near the limit magnifies any rounding.
+        // Compared as display values (docs/conventions.md, "Colour"): light near the limit magnifies any rounding.
         const auto displayed = [&](const Planes& light) {
             return planes(shape, [&](int c, int x, int y) {
                 const double most = exposure * std::max({light.at(0, x, y), light.at(1, x, y), light.at(2, x, y)});

@@ -59,7 +59,7 @@ void check_upsampling(graph::Shape in, int scale, graph::Shift shift, Storage st
     check_operator(problem, {image}, frame, expected, storage_tolerance(storage));
 }
 
-/// M = s · upsample(m, s, J_m) of the specification.
+/// M = s · upsample(m, s, J_m) of docs/pipelines.md.
 void check_motion_upsampling(Size size, int scale, Vec2 jitter) {
     CAPTURE(scale);
     std::mt19937 random(11);

@@ -12,7 +12,7 @@ using runtime::Storage;
 
 namespace {
 
-/// bilinear(I; u, v; border) of the specification.
+/// bilinear(I; u, v; border) of docs/pipelines.md, "Operators".
 double bilinear(const Planes& image, int c, double u, double v, graph::Border border) {
     const int width = image.shape.width, height = image.shape.height;
     if (border == graph::Border::clamp) {

@@ -87,7 +87,7 @@ struct Pair {
 
 using Mask = std::vector<uint8_t>;
 
-// docs/metrics.md, "IF-SSIM", step by step and in double.
+// docs/metrics.md, "Whole frames", IF-SSIM, step by step and in double.
 double plain_if_ssim(const Pair& pair, const Pixels& before, const Pixels& after) {
     const auto [width, height] = before.size;
     const auto sample = [&](const Pixels& image, double x, double y, int c) {
@@ -240,7 +240,7 @@ TEST_CASE("a sequence's quality is the mean of its frames'") {
     CHECK_FALSE(metrics::summarise(std::vector{metrics::measure(tiny, tiny), frames[0]}).ssim);
 }
 
-TEST_CASE("the threshold of visible differences is the specification's curve") {
+TEST_CASE("the threshold of visible differences is the curve of docs/metrics.md") {
     for (const auto& [brightness, expected] : std::vector<std::pair<double, double>>{{0, 6},
                                                                                      {16, 7},
                                                                                      {32, 8},

@@ -112,8 +112,8 @@ TEST_CASE("the jittered frames of a still scene average to the reference") {
     }
     scene->add_static({things});
     scene->build();
-    // At −3 a colour sample's share of a pixel is that of a reference sample; −1 is what conventions.md has at ×2. The
-    // textures' waves are so long that either shows them as they are.
+    // At −3 a colour sample's share of a pixel is that of a reference sample; −1 is what docs/conventions.md, "Jitter",
+    // has at ×2. The textures' waves are so long that either shows them as they are.
     for (const float mip_bias : {-3.0f, -1.0f}) {
         CAPTURE(mip_bias);
         const double quality = quality_of_mean(*scene, {in_front(5), in_front(5)}, mip_bias);

@@ -212,7 +212,7 @@ TEST_CASE("what the readers give back of jittered vectors is as exact, wherever 
     });
 }
 
-TEST_CASE("motion vectors have the signs of conventions.md") {
+TEST_CASE("motion vectors have the signs of docs/conventions.md") {
     const auto scene = square_scene({});
     const RenderSettings settings = small_settings();
     CameraPose camera = in_front(5), previous = camera;

@@ -4,12 +4,12 @@
 
 namespace clarus {
 
-/// The Halton pattern of conventions.md, "Jitter": `frame` ≥ 0, `count` ≥ 1 points before it repeats; in render pixels,
-/// each component in [−½, ½).
+/// The Halton pattern of docs/conventions.md, "Jitter": `frame` ≥ 0, `count` ≥ 1 points before it repeats; in render
+/// pixels, each component in [−½, ½).
 Vec2 halton_jitter(int frame, int count);
 
-/// MNSS's sub-pixel pattern (conventions.md) for the scales 2 and 3: the centre of one of the scale² sub-pixels, in
-/// render pixels. `frame` ≥ 0. Errors: invalid_argument for another scale.
+/// MNSS's sub-pixel pattern (docs/conventions.md, "Jitter") for the scales 2 and 3: the centre of one of the scale²
+/// sub-pixels, in render pixels. `frame` ≥ 0. Errors: invalid_argument for another scale.
 Vec2 mnss_jitter(int frame, int scale);
 
 /// The centre of a sub-pixel taken by chance, the same for a frame every time: what MNSS's pattern is compared with

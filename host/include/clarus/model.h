@@ -37,7 +37,7 @@ struct PipelineOption {
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
 class Model {
   public:
-    /// A `.safetensors` file (formats.md, "A model"). `scale` is used where the model has no scale of its own: its
+    /// A `.safetensors` file (docs/formats.md, "A model"). `scale` is used where the model has no scale of its own: its
     /// metadata `scale` is "any", or it was published without metadata, as Arm's NSS is (docs/nss.md). Errors: file,
     /// naming the tensor or key and what was expected; invalid_argument, naming a scale that the model does not have.
     static Model load(const std::string& path, double scale = 2);

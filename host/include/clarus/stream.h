@@ -23,13 +23,13 @@ enum class ColorSpace {
     linear,  // linear HDR; tone-mapped on the device for the network, the output is linear HDR again
 };
 
-/// What a depth image holds (conventions.md, "Depth"). Canonical depth is neither projective nor reversed.
+/// What a depth image holds (docs/conventions.md, "Depth"). Canonical depth is neither projective nor reversed.
 struct DepthEncoding {
     bool projective = false;  // a depth buffer's value, see FrameDescription::near_plane; else linear in view distance
     bool reversed = false;    // 1 is nearest
 };
 
-/// What a motion image holds (conventions.md, "Motion"). In render pixels, to the previous frame and y down after
+/// What a motion image holds (docs/conventions.md, "Motion"). In render pixels, to the previous frame and y down after
 /// multiplication by `scale`: uv vectors that point from the previous frame with y up have scale {-width, +height}.
 struct MotionEncoding {
     Vec2 scale{1, 1};

@@ -86,8 +86,8 @@ class Upscaler {
     View view(const std::string& name) const;
 
     /// The most that a frame's jitter was away from the nearest jitter that the model has kernels for, in render
-    /// pixels. Beyond 0.01 the model is not used as it was trained (pipelines.md, "Jitter-conditioned kernels"); the
-    /// destructor then says so to the log callback, once.
+    /// pixels. Beyond 0.01 the model is not used as it was trained (docs/pipelines.md, "Jitter-conditioned kernels");
+    /// the destructor then says so to the log callback, once.
     double largest_jitter_distance() const;
 
     /// How the stages are shared out among several devices, part by part; empty of one device. Before `prepare` has

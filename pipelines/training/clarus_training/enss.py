@@ -1,4 +1,4 @@
-"""ENSS (Mercier et al. 2023) as the specification's section "ENSS" has it."""
+"""ENSS (Mercier et al. 2023) as docs/pipelines.md, "ENSS", has it."""
 
 import math
 from typing import NamedTuple, Optional

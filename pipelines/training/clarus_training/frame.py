@@ -6,7 +6,7 @@ import torch
 
 
 class Frame(NamedTuple):
-    """A batch of N frames with one jitter, canonical as the specification's conventions have it.
+    """A batch of N frames with one jitter, canonical as docs/conventions.md has it.
 
     `color` [N, 3, h, w], `depth` [N, 1, h, w], `motion` [N, 2, h, w] with NaN in invalid vectors. A frame whose vectors
     are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another

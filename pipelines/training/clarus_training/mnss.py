@@ -1,4 +1,4 @@
-"""MNSS (Yang et al. 2022) as the specification's section "MNSS" has it."""
+"""MNSS (Yang et al. 2022) as docs/pipelines.md, "MNSS", has it."""
 
 import torch
 from torch import nn

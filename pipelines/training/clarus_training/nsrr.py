@@ -1,4 +1,4 @@
-"""NSRR (Xiao et al. 2020) as the specification's section "NSRR" has it."""
+"""NSRR (Xiao et al. 2020) as docs/pipelines.md, "NSRR", has it."""
 
 import torch
 from torch import nn

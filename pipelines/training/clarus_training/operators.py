@@ -1,6 +1,6 @@
-"""The specification's operators on batches [N, C, H, W], differentiable in their images.
+"""The operators of docs/pipelines.md on batches [N, C, H, W], differentiable in their images.
 
-Coordinates follow the specification's image grid: index coordinate u = 3.0 is the centre of pixel 3. Motion is
+Coordinates follow docs/conventions.md, "Image grid": index coordinate u = 3.0 is the centre of pixel 3. Motion is
 [N, 2, h, w], x first; a vector with a component that is not finite is invalid. A jitter is a pair of floats, in render
 pixels, shared by the batch.
 """

@@ -14,7 +14,7 @@ from .frame import Frame
 
 
 class Sequence:
-    """A sequence's frames as memory-mapped arrays, canonical as the specification's conventions have it.
+    """A sequence's frames as memory-mapped arrays, canonical as docs/conventions.md has it.
 
     `color` [T, h, w, 3] and `reference` [T, H, W, 3] are display-encoded: uint8 where the images are, else float16 in
     [0, 1]. `depth` [T, h, w] is 0 nearest, 1 without any; `motion` [T, h, w, 2] is in render pixels to the

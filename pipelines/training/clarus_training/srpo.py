@@ -1,4 +1,4 @@
-"""SRPO (Gu et al. 2022) as the specification's section "SRPO" has it."""
+"""SRPO (Gu et al. 2022) as docs/pipelines.md, "SRPO", has it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The networks against the specification and the papers: python3 -m unittest discover tests."""
+"""The networks against docs/pipelines.md and the papers: python3 -m unittest discover tests."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Operators against the specification's definitions, written as plain loops: python3 -m unittest discover tests."""
+"""Operators against docs/pipelines.md, "Operators", written as plain loops: python3 -m unittest discover tests."""
 
 import math
 import unittest
