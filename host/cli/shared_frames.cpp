@@ -1,5 +1,8 @@
 #include "cli/shared_frames.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <thread>
 #include <utility>
@@ -48,6 +51,12 @@ clarus_share_stream* open_stream(const std::string& name, const clarus_share_des
     return stream;
 }
 
+/// Of a stream that a link alone is to find.
+std::string stream_name(const ShareOptions& options) {
+    if (!link::parse_remote_stream(options.name, "--share")) return options.name;
+    return fmt::format("to-other-machine-{}", getpid());
+}
+
 io::Sequence without_frames(io::Sequence sequence) {
     sequence.frames.clear();
     return sequence;
@@ -84,9 +93,18 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
                            ShareOptions options)
     : sequence_(without_frames(sequence)),
       options_(std::move(options)),
-      stream_(open_stream(options_.name, describe(sequence, has_depth, has_motion, is_dynamic, options_)),
+      stream_(open_stream(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
               clarus_share_close),
-      number_(options_.first_number) {}
+      number_(options_.first_number) {
+    if (const auto remote = link::parse_remote_stream(options_.name, "--share"))
+        link_ = link::send_frames(stream_name(options_), *remote);
+}
+
+SharedFrames::~SharedFrames() {
+    constexpr int kLastWordMilliseconds = 2000;
+    stream_.reset();
+    if (link_) link_->finish(kLastWordMilliseconds);
+}
 
 bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {
     clarus_share_frame frame;
