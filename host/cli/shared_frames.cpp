@@ -103,7 +103,7 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
 SharedFrames::~SharedFrames() {
     constexpr int kLastWordMilliseconds = 2000;
     stream_.reset();
-    if (link_) link_->finish(kLastWordMilliseconds);
+    if (link_ && link_->state().connected) link_->finish(kLastWordMilliseconds);
 }
 
 bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {

@@ -221,7 +221,9 @@ class Receiver : public Link {
             sender_ = nullptr;
             before.is_left = true;
         }
-        if (!(stream_ && hello->session == session_) && !open_stream(connection, *hello)) return;
+        const bool is_same =
+            stream_ && hello->session == session_ && std::memcmp(&hello->stream, &said_, sizeof said_) == 0;
+        if (!is_same && !open_stream(connection, *hello)) return;
         if (hello->first > received_)
             return refuse(connection, SHARE_NONSENSE, "it begins after frames that did not come");
         sender_ = &connection;
@@ -259,6 +261,7 @@ class Receiver : public Link {
             return false;
         }
         layout_ = layout;
+        said_ = hello.stream;
         session_ = hello.session;
         base_ = received_ = hello.first;
         is_broken_off_ = false;
@@ -362,6 +365,7 @@ class Receiver : public Link {
     clarus_share_stream* stream_ = nullptr;  // that the sender's frames are shared by
     clarus_share_description description_{};
     share_layout layout_{};
+    share_stream_packet said_{};                                     // by which it was described
     uint64_t session_ = 0, base_ = 0;                                // base: index of the stream's first frame
     uint64_t received_ = 0, told_received_ = 0, told_released_ = 0;  // indices
     bool is_broken_off_ = false;                                     // the sender has left for good

@@ -25,7 +25,7 @@ Hello make_hello(const std::string& name, const std::string& kind, share_layout&
     share_lay_out(&description, &layout);
     Hello hello{};
     hello.head = share_make_head(kHello, sizeof hello);
-    hello.session = 7;
+    hello.session = static_cast<uint64_t>(getpid());
     std::strncpy(hello.name, name.c_str(), sizeof hello.name - 1);
     share_describe_to_wire(&description, &layout, &hello.stream);
     share_wire_resource& color = hello.stream.resources[CLARUS_SHARE_COLOR];
@@ -34,7 +34,6 @@ Hello make_hello(const std::string& name, const std::string& kind, share_layout&
     if (kind == "type") hello.head.type = 99;
     if (kind == "bytes") hello.head.bytes = 0xffffffff;
     if (kind == "name") std::memset(hello.name, 1, sizeof hello.name);
-    if (kind == "first") hello.first = 1;
     if (kind == "width") color.width = 0xffffffff;
     if (kind == "pixels") color.width = color.height = 32768;
     if (kind == "format") color.type = 77;
