@@ -1,9 +1,9 @@
 #include "cli/shared_frames.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <thread>
 #include <utility>
 
@@ -51,10 +51,15 @@ clarus_share_stream* open_stream(const std::string& name, const clarus_share_des
     return stream;
 }
 
-/// Of a stream that a link alone is to find.
+/// Of a stream that a link alone is to find: always the same, so that what a crash leaves of it is replaced.
 std::string stream_name(const ShareOptions& options) {
-    if (!link::parse_remote_stream(options.name, "--share")) return options.name;
-    return fmt::format("to-other-machine-{}", getpid());
+    constexpr size_t kMost = 64;
+    const auto remote = link::parse_remote_stream(options.name, "--share");
+    if (!remote) return options.name;
+    std::string name = fmt::format("to.{}.{}.{}", remote->address.host, remote->address.port, remote->name);
+    for (char& letter : name)
+        if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '.') letter = '-';
+    return name.substr(0, kMost);
 }
 
 io::Sequence without_frames(io::Sequence sequence) {

@@ -1,4 +1,6 @@
+#include <cstdlib>
 #include <map>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -131,6 +133,35 @@ TEST_CASE("a renderer on another machine that is killed and comes back goes on, 
     place.check_is_part("served", "upscaled", 0);  // as if nothing had been before
 }
 
+TEST_CASE("renderer and upscaler that are killed at random instants find each other again") {
+    Place place(4);
+    const auto listen = [&] {
+        return start({"serve", "game", "--model", "bilinear", "--device", test_selector(), "--listen", place.at});
+    };
+    const auto play = [&] { return place.play_to({"--loop", "--frame-rate", "200"}); };
+    const auto frames = [] {
+        const auto control = start({"control", "game", "--json"});
+        return control->result() == 0 ? nlohmann::json::parse(control->out())["frames"].get<int>() : 0;
+    };
+    const char* variable = std::getenv("CLARUS_KILLS");
+    const int kills = variable ? std::atoi(variable) : 6;
+    std::mt19937 random(1);
+    auto server = listen(), player = play();
+    for (int i = 0; i < kills; ++i) {
+        CAPTURE(i);
+        const bool is_upscaler = random() % 2 == 0;
+        (is_upscaler ? server : player)->kill();
+        (is_upscaler ? server : player) = is_upscaler ? listen() : play();
+        const int before = is_upscaler ? 0 : frames();
+        REQUIRE(comes_true([&] { return frames() > before; }));
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 200));
+    }
+    player->interrupt();
+    CHECK(player->result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(place.runtime.is_empty());
+}
+
 TEST_CASE("only the newest frames come where the renderer does not wait") {
     Place place(30);
     place.upscale("bilinear", "upscaled");
@@ -199,7 +230,8 @@ TEST_CASE("who cannot be served is told") {
     const auto player = place.play_to({"--loop", "--frame-rate", "50"});
     REQUIRE(place.has("served", 4));
     failed({"serve", "other", "--model", "bilinear", "--listen", place.at}, "cannot listen at " + place.at);
-    const auto second = place.play_to();
+    failed({"play", place.sequence(), "--share", "ucx:" + place.at + "/game"}, "is in use by another process");
+    const auto second = start({"play", place.sequence(), "--share", "ucx:127.1:" + place.port + "/game"});
     const auto lost = start({"play", place.sequence(), "--share", "ucx:" + place.at + "/other"});
     CHECK(comes_true([&] { return contains(second->errors(), "has a renderer on another machine already"); }));
     CHECK(comes_true([&] { return contains(lost->errors(), "game is served here, not other"); }));
