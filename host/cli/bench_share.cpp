@@ -23,7 +23,7 @@ using measure::GameTurn;
 using measure::SharingCosts;
 
 struct Options {
-    std::vector<std::string> models{"fsr1", "enss-s-x2", "enss-m-x2"};
+    std::vector<std::string> models{"fsr1", "enss-s-x2"};
     std::string size = "1920x1080";
     measure::SharingOptions sharing;
 };
@@ -124,7 +124,8 @@ void add_bench_share_command(CLI::App& bench) {
         ->capture_default_str();
     command.footer(
         "Each way has the games beside it that upscale in-process, which took turns with it. latency: from a frame's "
-        "being drawn to the game's knowing that it is upscaled, one at a time. waits: a game for a free slot, or for "
+        "being drawn to the game's knowing that it is upscaled, one at a time, of which a fifth are faster. waits: a "
+        "game for a free slot, or for "
         "its upscaler. hands on: copies, and says that the frame is ready, or submits it. CPU: of all processes, a "
         "frame. MB: what they occupy, pages that several share by their part; beside: more than in-process, but for "
         "the slots. renders for N: nothing is done before each frame, for N times as long as upscaling takes.\n"

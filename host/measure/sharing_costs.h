@@ -20,7 +20,8 @@ const char* name_of(HandOver hand_over);
 
 /// One turn of a game, as it tells it to who measures; in seconds and bytes.
 struct GameTurn {
-    double latency = 0;    // from a frame's being drawn to the game's knowing that it is upscaled; alone; median
+    double latency = 0;    // from a frame's being drawn to the game's knowing that it is upscaled, of frames that
+                           // are alone: what a fifth of them do not exceed
     double period = 0;     // from frame to frame, as many as asked for
     double wait = 0;       // of that, waiting for a free slot, or for the upscaler within the process
     double hand_over = 0;  // of that, copying and saying that the frame is ready, or submitting it
