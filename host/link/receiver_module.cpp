@@ -89,10 +89,10 @@ class Receiver : public Link {
         worker_->progress();
         let_in();
         hear();
+        forget_the_left();
         attend_stream();
         fetch_next();
         report();
-        forget_the_left();
         std::vector<int> descriptors{bell_.descriptor()};
         if (stream_) {
             descriptors.resize(1 + SHARE_STREAM_EVENTS);
@@ -126,6 +126,7 @@ class Receiver : public Link {
             change([](LinkState& state) { state.connected = false; });
         }
         connections_.erase(connection);
+        if (is_fetching_ && fetching_from_ == endpoint) is_orphaned_ = true;
         for (const Arrived& arrived : arrived_)
             if (arrived.message.from == endpoint) worker_->drop(arrived.message);
         std::erase_if(arrived_, [&](const Arrived& arrived) { return arrived.message.from == endpoint; });
@@ -143,15 +144,17 @@ class Receiver : public Link {
             const bool is_mute = &*connection != sender_ && Clock::now() - connection->since > kPatience;
             if (connection->endpoint.is_broken() || connection->is_left || is_mute) remove(connection);
         }
-        if (is_fetching_ && !sender_ && Clock::now() - fetching_since_ > kStuck) listen_anew();
+        if (is_fetching_ && is_orphaned_ && Clock::now() - fetching_since_ > kStuck) listen_anew();
     }
 
     /// What was being fetched is written no more once its worker has gone.
     void listen_anew() {
         arrived_.clear();
+        sender_ = nullptr;
         connections_.clear();
         worker_.reset();
         is_fetching_ = false;
+        change([](LinkState& state) { state.connected = false; });
         for (;;) {
             try {
                 return start_listening();
@@ -224,8 +227,12 @@ class Receiver : public Link {
         const bool is_same =
             stream_ && hello->session == session_ && std::memcmp(&hello->stream, &said_, sizeof said_) == 0;
         if (!is_same && !open_stream(connection, *hello)) return;
-        if (hello->first > received_)
-            return refuse(connection, SHARE_NONSENSE, "it begins after frames that did not come");
+        if (hello->first > received_) {
+            if (description_.policy == CLARUS_SHARE_EVERY_FRAME)
+                return refuse(connection, SHARE_NONSENSE, "it begins after frames that did not come");
+            base_ += hello->first - received_;  // those were lost with the link, and are not missed
+            received_ = hello->first;
+        }
         sender_ = &connection;
         told_received_ = told_released_ = UINT64_MAX;  // so that it is told
         change([](LinkState& state) {
@@ -326,6 +333,8 @@ class Receiver : public Link {
         Arrived arrived = std::move(arrived_.front());
         arrived_.pop_front();
         is_fetching_ = true;
+        is_orphaned_ = false;
+        fetching_from_ = arrived.message.from;
         fetching_since_ = Clock::now();
         auto* slot = static_cast<std::byte*>(place_.images[CLARUS_SHARE_COLOR].pixels) -
                      layout_.image_offset[CLARUS_SHARE_COLOR];
@@ -344,6 +353,8 @@ class Receiver : public Link {
 
     void report() {
         if (!sender_ || !stream_) return;
+        // Whether a frame of a connection that is gone has come, after all, is known when its fetching ends.
+        if (is_fetching_ && is_orphaned_) return;
         const uint64_t released = base_ + clarus_share_stream_state(stream_).released;
         if (received_ != told_received_ || released != told_released_) {
             told_received_ = received_;
@@ -373,6 +384,8 @@ class Receiver : public Link {
 
     std::deque<Arrived> arrived_;
     bool has_place_ = false, is_fetching_ = false;
+    bool is_orphaned_ = false;  // what is being fetched is of a connection that is gone
+    ucp_ep_h fetching_from_ = nullptr;
     clarus_share_frame place_{};
     Clock::time_point fetching_since_{};
 

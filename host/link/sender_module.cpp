@@ -19,7 +19,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kLookMilliseconds = 50;  // how long the end of this link may take to be seen
-constexpr auto kRetry = 100ms;
+constexpr auto kRetry = 100ms;         // between attempts to connect
+constexpr int kQuickTries = 30;
+constexpr auto kSlowRetry = 500ms;  // after those
 constexpr auto kRefusedRetry = 1000ms;
 constexpr int kDrainMilliseconds = 1000;  // that the last word may take
 
@@ -127,7 +129,7 @@ class Sender : public Link {
 
     void connect() {
         if (Clock::now() < retry_at_) return;
-        retry_at_ = Clock::now() + kRetry;
+        retry_at_ = Clock::now() + (++tries_ < kQuickTries ? kRetry : kSlowRetry);
         try {
             connection_ = std::make_unique<Connection>(resolve(to_.address));
         } catch (const Error& error) {
@@ -201,6 +203,7 @@ class Sender : public Link {
         connection_->is_welcome = true;
         is_first_ = true;
         trouble_.clear();
+        tries_ = 0;
         for (Held& held : held_) held.is_sent = held.is_gone = held.index < progress.received;
         change([](LinkState& state) {
             state.connected = true;
@@ -299,8 +302,7 @@ class Sender : public Link {
         std::vector<int> descriptors{bell_.descriptor()};
         if (!connection_) {
             // Only time helps.
-            std::this_thread::sleep_for(std::clamp<Clock::duration>(retry_at_ - Clock::now(), 0ms, kRetry));
-            return;
+            return std::this_thread::sleep_for(std::clamp<Clock::duration>(retry_at_ - Clock::now(), 0ms, kRetry));
         }
         if (connection_->is_welcome && over_ == CLARUS_SHARE_OK && held_.size() < window()) {
             descriptors.resize(1 + SHARE_READER_EVENTS);
@@ -314,6 +316,7 @@ class Sender : public Link {
     std::unique_ptr<clarus_share_reader, void (*)(clarus_share_reader*)> reader_{nullptr, clarus_share_reader_close};
     std::unique_ptr<Connection> connection_;  // goes before the memory that it sends from
     Clock::time_point retry_at_{};
+    int tries_ = 0;
     std::string trouble_;
 
     uint64_t session_ = 0, next_ = 0;
