@@ -154,7 +154,8 @@ class Sender : public Link {
 
     bool is_lost() {
         if (connection_->endpoint.is_broken()) {
-            tell_trouble(connection_->endpoint.why());
+            const std::string why = connection_->endpoint.why();
+            tell_trouble(connection_->is_welcome ? why : fmt::format("nobody takes frames there ({})", why));
             return true;
         }
         if (Clock::now() - connection_->heard < kSilence) return false;

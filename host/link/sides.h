@@ -21,9 +21,9 @@ namespace clarus::link {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kHeartbeat{500};     // between signs of life
-constexpr std::chrono::milliseconds kSilence{3000};  // without any, the other side is taken for dead
-constexpr int kGoodbyeMilliseconds = 500;            // that last words may take to go
+constexpr std::chrono::milliseconds kHeartbeat{500};  // between signs of life
+constexpr std::chrono::milliseconds kSilence{3000};   // without any, the other side is taken for dead
+constexpr int kGoodbyeMilliseconds = 500;             // that last words may take to go
 
 /// Wakes a thread that waits.
 class Bell {

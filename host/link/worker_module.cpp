@@ -91,7 +91,8 @@ void Worker::listen(const Address& at) {
     const ucs_status_t status = ucp_listener_create(worker_, &parameters, &listener_);
     if (status == UCS_OK) return;
     listener_ = nullptr;
-    fail(ErrorKind::file, "cannot listen at {}: {}", at.text(), ucs_status_string(status));
+    fail(ErrorKind::file, "cannot listen at {}: {}", at.text(),
+         status == UCS_ERR_BUSY ? "another process does" : ucs_status_string(status));
 }
 
 bool Worker::progress() {

@@ -229,7 +229,8 @@ TEST_CASE("who cannot be served is told") {
     const auto server = place.listen("bilinear", "served");
     const auto player = place.play_to({"--loop", "--frame-rate", "50"});
     REQUIRE(place.has("served", 4));
-    failed({"serve", "other", "--model", "bilinear", "--listen", place.at}, "cannot listen at " + place.at);
+    failed({"serve", "other", "--model", "bilinear", "--listen", place.at},
+           "cannot listen at " + place.at + ": another process does");
     failed({"play", place.sequence(), "--share", "ucx:" + place.at + "/game"}, "is in use by another process");
     const auto second = start({"play", place.sequence(), "--share", "ucx:127.1:" + place.port + "/game"});
     const auto lost = start({"play", place.sequence(), "--share", "ucx:" + place.at + "/other"});
