@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -27,8 +26,8 @@ class Network {
     Network& operator=(const Network&) = delete;
 
     static std::string address(int machine);  // of machine 0 or 1
-    /// To be called in a process that is to run on the machine, before it does anything.
-    std::function<void()> enter(int machine) const;
+    /// What a command begins with that is to run on the machine.
+    std::vector<std::string> on(int machine) const;
 
     void delay(std::chrono::milliseconds delay) { delay_ = delay; }
     /// Nothing goes through, and nobody is told.

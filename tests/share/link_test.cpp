@@ -22,9 +22,12 @@ namespace {
 
 const std::string network_model = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
 
-std::unique_ptr<Program> start(
-    const std::vector<std::string>& arguments, const std::function<void()>& prepare = [] {}) {
-    return std::make_unique<Program>(CLARUS_TOOL, arguments, prepare);
+/// `machine`: what its commands begin with, if it is not this one.
+std::unique_ptr<Program> start(std::vector<std::string> arguments, const std::vector<std::string>& machine = {}) {
+    if (machine.empty()) return std::make_unique<Program>(CLARUS_TOOL, arguments);
+    arguments.insert(arguments.begin(), CLARUS_TOOL);
+    arguments.insert(arguments.begin(), machine.begin() + 1, machine.end());
+    return std::make_unique<Program>(machine.front(), arguments);
 }
 
 /// Whoever listens for a renderer elsewhere.
@@ -33,7 +36,7 @@ struct Place : Workplace {
 
     std::string port = free_port();
     std::string at = "127.0.0.1:" + port;
-    std::function<void()> game_machine = [] {}, upscaler_machine = [] {};
+    std::vector<std::string> game_machine, upscaler_machine;
 
     std::unique_ptr<Program> listen(const std::string& model, const std::string& output) const {
         return start({"serve", "game", "--model", model, "--device", test_selector(), "--output",
@@ -271,8 +274,8 @@ TEST_CASE("a cable that takes its time, and one that is cut") {
     }
     Place place(40);
     place.at = Network::address(1) + ":7788";
-    place.game_machine = network->enter(0);
-    place.upscaler_machine = network->enter(1);
+    place.game_machine = network->on(0);
+    place.upscaler_machine = network->on(1);
     network->delay(5ms);
     place.upscale("bilinear", "upscaled");
     {
