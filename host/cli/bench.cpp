@@ -14,7 +14,9 @@
 #include "base/parse.h"
 #include "base/precision.h"
 #include "cli/bench_compare.h"
+#include "cli/bench_game.h"
 #include "cli/bench_placement.h"
+#include "cli/bench_share.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
@@ -243,9 +245,12 @@ void add_bench_command(CLI::App& app) {
         "  clarus bench --devices gpu,cpu --models enss-s-x2,fsr1 --sizes 1080p,4k --precision fp32,fp16 -o both.json\n"
         "  clarus bench --profile sustained --models enss-l-x2 --seconds 600\n"
         "  clarus bench compare before.json after.json\n"
-        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2");
+        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2\n"
+        "  clarus bench share --models enss-s-x2");
     add_bench_compare_command(command);
     add_bench_placement_command(command);
+    add_bench_share_command(command);
+    add_bench_game_command(command);
     add_first_frame_command(command);
     command.callback([&command, tuning, options] {
         if (!command.get_subcommands().empty()) return;

@@ -19,5 +19,6 @@ void add_bench_command(CLI::App& app);
 void add_serve_command(CLI::App& app);
 void add_control_command(CLI::App& app);
 void add_play_command(CLI::App& app);
+void add_relay_command(CLI::App& app);
 
 }  // namespace clarus::cli

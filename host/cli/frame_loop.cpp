@@ -188,6 +188,7 @@ class FrameLoop {
 }  // namespace
 
 size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
+    if (output.folder.empty() && !output.measure) return 2;  // nothing is encoded or measured
     constexpr size_t memory = size_t{1} << 30;
     const auto image = [](Size size, size_t channels) { return sizeof(float) * channels * size.width * size.height; };
     // Input is there twice: of as many frames to come.

@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
     clarus::cli::add_serve_command(app);
     clarus::cli::add_control_command(app);
     clarus::cli::add_play_command(app);
+    clarus::cli::add_relay_command(app);
 
     try {
         app.parse(argc, argv);

@@ -20,6 +20,7 @@
 #include "cli/serving.h"
 #include "cli/shared_source.h"
 #include "cli/trace.h"
+#include "link/link.h"
 
 namespace clarus::cli {
 namespace {
@@ -28,6 +29,7 @@ struct ServeOptions {
     std::string name;
     Serving::Settings settings{.wish = {}, .device = "auto", .upscaler = {}};
     std::filesystem::path output;
+    std::string listen;
     int png_compression = 1;
     bool goes_on = false;
 };
@@ -64,6 +66,8 @@ void upscale(const ServeOptions& options, SharedSource& source, Serving& serving
 }
 
 void serve(const ServeOptions& options) {
+    std::optional<link::Address> address;
+    if (!options.listen.empty()) address = link::parse_address(options.listen, "--listen");
     SharedSource source(options.name, options.goes_on);
     Serving serving(options.name, source, options.settings);
     OutputFolders folders;
@@ -74,6 +78,7 @@ void serve(const ServeOptions& options) {
                                     if (!changes.empty()) serving.change(changes, progress);
                                     return serving.state();
                                 });
+    const std::unique_ptr<link::Link> link = address ? link::receive_frames(options.name, *address) : nullptr;
     try {
         tell_waiting(options.name);
         if (source.connect()) upscale(options, source, serving, folders);
@@ -123,6 +128,13 @@ void add_serve_command(CLI::App& app) {
         ->type_name("BETA")
         ->expected(0, 1)
         ->default_str("0.15");
+    command
+        .add_option(
+            "--listen", options->listen,
+            "Take the frames of a renderer on another machine (`--share ucx:HOST:PORT/NAME`, `clarus relay`) at "
+            "this machine's address HOST; PORT alone: from this machine. For networks that are trusted: "
+            "nothing is encrypted, and nobody is asked who he is")
+        ->type_name("HOST:PORT");
     command.add_option("--png-compression", options->png_compression, "Of PNG files, from 0, none, to 9")
         ->type_name("LEVEL")
         ->check(CLI::Range(0, 9))
@@ -135,7 +147,8 @@ void add_serve_command(CLI::App& app) {
         "Examples:\n"
         "  clarus serve game --model enss-m-x2 --output upscaled\n"
         "  clarus play sequence --share game --frame-rate 30      in another terminal\n"
-        "  clarus control game model=fsr2                         in a third");
+        "  clarus control game model=fsr2                         in a third\n"
+        "  clarus serve game --model fsr1 --listen 10.0.0.2:7788  for a game on another machine");
     command.callback([options] { serve(*options); });
 }
 

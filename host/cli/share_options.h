@@ -10,7 +10,8 @@ namespace clarus::cli {
 inline CLI::Option* add_share_options(CLI::App& command, ShareOptions& options) {
     CLI::Option* share = command
                              .add_option("--share", options.name,
-                                         "Share the frames as a stream of this name, by which `clarus serve` finds it")
+                                         "Share the frames as a stream of this name, by which `clarus serve` finds it; "
+                                         "ucx:HOST:PORT/NAME: with `clarus serve NAME --listen` on another machine")
                              ->type_name("NAME");
     command
         .add_option("--frame-rate", options.frame_rate,

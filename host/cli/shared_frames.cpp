@@ -1,6 +1,9 @@
 #include "cli/shared_frames.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cctype>
 #include <thread>
 #include <utility>
 
@@ -48,6 +51,17 @@ clarus_share_stream* open_stream(const std::string& name, const clarus_share_des
     return stream;
 }
 
+/// Of a stream that a link alone is to find: always the same, so that what a crash leaves of it is replaced.
+std::string stream_name(const ShareOptions& options) {
+    constexpr size_t kMost = 64;
+    const auto remote = link::parse_remote_stream(options.name, "--share");
+    if (!remote) return options.name;
+    std::string name = fmt::format("to.{}.{}.{}", remote->address.host, remote->address.port, remote->name);
+    for (char& letter : name)
+        if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '.') letter = '-';
+    return name.substr(0, kMost);
+}
+
 io::Sequence without_frames(io::Sequence sequence) {
     sequence.frames.clear();
     return sequence;
@@ -84,9 +98,18 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
                            ShareOptions options)
     : sequence_(without_frames(sequence)),
       options_(std::move(options)),
-      stream_(open_stream(options_.name, describe(sequence, has_depth, has_motion, is_dynamic, options_)),
+      stream_(open_stream(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
               clarus_share_close),
-      number_(options_.first_number) {}
+      number_(options_.first_number) {
+    if (const auto remote = link::parse_remote_stream(options_.name, "--share"))
+        link_ = link::send_frames(stream_name(options_), *remote);
+}
+
+SharedFrames::~SharedFrames() {
+    constexpr int kLastWordMilliseconds = 2000;
+    stream_.reset();
+    if (link_ && link_->state().connected) link_->finish(kLastWordMilliseconds);
+}
 
 bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {
     clarus_share_frame frame;

@@ -8,12 +8,13 @@
 #include "clarus/share.h"
 #include "io/frames.h"
 #include "io/sequence.h"
+#include "link/link.h"
 
 namespace clarus::cli {
 
 /// What a stream is asked to be, beside what the frames are.
 struct ShareOptions {
-    std::string name;
+    std::string name;       // or ucx:HOST:PORT/NAME
     double frame_rate = 0;  // 0: as fast as frames are taken
     bool newest = false;    // do not wait for the upscaler
     int slots = 3;
@@ -25,6 +26,7 @@ class SharedFrames {
   public:
     /// `sequence`: sizes, scale and conventions. Of the images, all frames have colour. Errors: invalid_argument, file.
     SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic, ShareOptions options);
+    ~SharedFrames();
 
     /// The next frame: its images as files of the sequence would hold them. False where Interrupt came instead.
     bool share(const io::FrameFiles& frame, const io::FramePixels& pixels);
@@ -41,6 +43,7 @@ class SharedFrames {
 
     io::Sequence sequence_;  // without frames
     ShareOptions options_;
+    std::unique_ptr<link::Link> link_;  // to another machine
     std::unique_ptr<clarus_share_stream, void (*)(clarus_share_stream*)> stream_;
     uint64_t number_;
     Clock::time_point turn_ = Clock::now();

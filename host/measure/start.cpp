@@ -1,15 +1,12 @@
 #include "measure/start.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
+#include <cstdlib>
 #include <cstring>
-#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -22,6 +19,7 @@
 #include "cl/disk_cache.h"
 #include "clarus/jitter.h"
 #include "io/temporary_folder.h"
+#include "measure/child.h"
 #include "measure/timed_upscaler.h"
 
 namespace clarus::measure {
@@ -50,49 +48,20 @@ std::vector<std::string> environment(const fs::path& caches) {
     return result;
 }
 
-std::vector<char*> pointers(std::vector<std::string>& texts) {
-    std::vector<char*> result;
-    for (std::string& text : texts) result.push_back(text.data());
-    result.push_back(nullptr);
-    return result;
-}
-
 struct Outcome {
     double seconds;  // to the first frame
     int programs;
 };
 
-/// The process's output comes through a pipe. It is waited for, whatever it says.
 Outcome run(std::vector<std::string> arguments, std::vector<std::string> variables) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) fail(ErrorKind::device, "no pipe to a new process: {}", std::strerror(errno));
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
     const double start = now();
-    pid_t process = 0;
-    const int error = posix_spawn(&process, arguments.front().c_str(), &actions, nullptr, pointers(arguments).data(),
-                                  pointers(variables).data());
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    const std::unique_ptr<FILE, int (*)(FILE*)> output(fdopen(ends[0], "r"), fclose);
-    if (error != 0)
-        fail(ErrorKind::device, "cannot run {}: {}", arguments.front(), std::generic_category().message(error));
-
+    Child process(std::move(arguments), std::move(variables));
     Outcome outcome{0, 0};
-    std::string said;
-    for (std::array<char, 4096> line{}; std::fgets(line.data(), line.size(), output.get());) {
-        const std::string_view text = line.data();
-        if (outcome.seconds == 0 && text.starts_with(kFirstFrameWord))
-            outcome = {now() - start, std::atoi(line.data() + std::strlen(kFirstFrameWord))};
-        said += text;
-    }
-    int status = 0;
-    waitpid(process, &status, 0);
-    if (status != 0 || outcome.seconds == 0)
-        fail(ErrorKind::device, "a new process came to no first frame: {}",
-             said.substr(said.size() > 400 ? said.size() - 400 : 0));
+    while (const std::optional<std::string> line = process.hear())
+        if (outcome.seconds == 0 && line->starts_with(kFirstFrameWord))
+            outcome = {now() - start, std::atoi(line->c_str() + std::strlen(kFirstFrameWord))};
+    if (process.wait() != 0 || outcome.seconds == 0)
+        fail(ErrorKind::device, "a new process came to no first frame: {}", process.last_words());
     return outcome;
 }
 

@@ -5,6 +5,10 @@
 
 #include "share/wire.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Milliseconds that count on, and those left to `deadline` for poll: -1 where that is -1, never less than 0. */
 int64_t share_now(void);
 int64_t share_deadline(int timeout_ms);
@@ -23,5 +27,9 @@ void share_words(const struct share_leave* packet, size_t came, char* words);
 /* One more thing to wake up for; and none any more. Neither waits. */
 void share_ring(int event);
 void share_silence(int event);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -10,6 +10,7 @@
 
 #include "share/endpoint.h"
 #include "share/error.h"
+#include "share/events.h"
 #include "share/layout.h"
 #include "share/memory.h"
 #include "share/peer.h"
@@ -382,4 +383,9 @@ void clarus_share_reader_close(clarus_share_reader* reader) {
     disconnect(reader);
     share_close(&reader->cancel);
     free(reader);
+}
+
+void share_reader_events(const clarus_share_reader* reader, int* descriptors) {
+    descriptors[0] = reader->ready_event;
+    descriptors[1] = reader->socket;
 }

@@ -10,6 +10,7 @@
 
 #include "share/endpoint.h"
 #include "share/error.h"
+#include "share/events.h"
 #include "share/layout.h"
 #include "share/memory.h"
 #include "share/peer.h"
@@ -329,4 +330,17 @@ void clarus_share_close(clarus_share_stream* stream) {
     share_close(&stream->frames);
     share_close(&stream->cancel);
     free(stream);
+}
+
+void share_stream_events(const clarus_share_stream* stream, int* descriptors) {
+    descriptors[0] = stream->free_event;
+    descriptors[1] = stream->reader;
+    descriptors[2] = stream->pending;
+    descriptors[3] = stream->pending < 0 ? stream->endpoint.socket : -1;
+}
+
+void share_stream_abandon(clarus_share_stream* stream) {
+    if (!stream) return;
+    disconnect(stream);
+    clarus_share_close(stream);
 }

@@ -30,6 +30,7 @@ class ChildProcess {
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
+    pid_t id() const { return id_; }
     void signal(int number) const { ::kill(id_, number); }
     /// At once, as a crash would.
     void kill() {

@@ -67,6 +67,17 @@ class BenchCommand(unittest.TestCase):
         self.assertEqual(item["start"]["other_size_programs"], 0)
         self.assertEqual(item["precision"], "fp16")
 
+    def test_sharing_is_measured_beside_upscaling_in_process(self):
+        sharing = ["share", "--models", "bicubic", "--device", DEVICE, "--size", "64x36", "--turns", "1"]
+        outcome = run(*sharing, "--frames", "2")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        self.assertEqual(outcome.stdout.count("in-process"), 9)  # beside each of eight ways, and in the head
+        for word in ("bicubic, 32x18 to 64x36", "copied, 3 slots", "in-place, 4 slots", "renders for 0.5", "4 games"):
+            self.assertIn(word, outcome.stdout)
+        missing = run(*sharing, "--models", "no-such-model")
+        self.assertEqual(missing.returncode, 1)
+        self.assertIn("no-such-model", missing.stderr)
+
     def test_the_schema_refuses_a_score_for_a_wrong_image(self):
         wrong = copy.deepcopy(self.json)
         wrong["items"][0]["check"]["result"] = "failed"

@@ -1,19 +1,10 @@
-#include <fcntl.h>
-
-#include <cstring>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "child_process.h"
-#include "io/file.h"
 #include "io/frames.h"
 #include "io/sequence.h"
-#include "noise_sequence.h"
-#include "share_harness.h"
-#include "test_device.h"
+#include "share_programs.h"
 
 // `clarus serve`, `play` and `control` as processes.
 
@@ -27,82 +18,6 @@ namespace {
 
 constexpr Size render_size{24, 16};
 const std::string network = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
-
-/// A program with its output in files.
-class Program {
-  public:
-    Program(const std::string& file, const std::vector<std::string>& arguments)
-        : process_([&] { return run(file, arguments); }) {}
-
-    std::string out() const { return io::read_file(folder_ / "out"); }
-    std::string errors() const { return io::read_file(folder_ / "err"); }
-    int result() {
-        const int code = process_.result();
-        INFO(errors());
-        CHECK(code >= 0);
-        return code;
-    }
-    void kill() { process_.kill(); }
-    void interrupt() const { process_.signal(SIGINT); }
-
-  private:
-    int run(const std::string& file, const std::vector<std::string>& arguments) const {
-        const auto redirect = [&](const char* name, int descriptor) {
-            dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
-        };
-        redirect("out", STDOUT_FILENO);
-        redirect("err", STDERR_FILENO);
-        std::vector<char*> words{const_cast<char*>(file.c_str())};
-        for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
-        words.push_back(nullptr);
-        execv(file.c_str(), words.data());
-        return 127;
-    }
-
-    TemporaryFolder folder_;
-    ChildProcess process_;
-};
-
-class Workplace {
-  public:
-    explicit Workplace(int frames) { write_noise_sequence(sequence(), render_size, frames); }
-
-    std::string sequence() const { return (folder_ / "sequence").string(); }
-    fs::path operator/(const fs::path& name) const { return folder_ / name; }
-    RuntimeFolder runtime;
-
-    std::unique_ptr<Program> serve(const std::string& model, const std::string& output,
-                                   std::vector<std::string> more = {}) const {
-        more.insert(more.begin(), {"serve", "game", "--model", model, "--device", test_selector(), "--output",
-                                   (folder_ / output).string()});
-        return std::make_unique<Program>(CLARUS_TOOL, more);
-    }
-    std::unique_ptr<Program> play(std::vector<std::string> more = {}) const {
-        more.insert(more.begin(), {"play", sequence(), "--share", "game"});
-        return std::make_unique<Program>(CLARUS_TOOL, more);
-    }
-    void upscale(const std::string& model, const std::string& output, std::vector<std::string> more = {}) const {
-        more.insert(more.begin(), {"upscale", sequence(), "--model", model, "--device", test_selector(), "--output",
-                                   (folder_ / output).string()});
-        Program program(CLARUS_TOOL, more);
-        REQUIRE(program.result() == 0);
-    }
-    std::string bytes(const fs::path& file) const { return io::read_file(folder_ / file); }
-    std::set<std::string> files(const std::string& folder) const {
-        std::set<std::string> names;
-        if (exists(folder_ / folder))
-            for (const auto& entry : fs::directory_iterator(folder_ / folder))
-                if (entry.path().extension() != ".partial") names.insert(entry.path().filename());
-        return names;
-    }
-    json description() const { return json::parse(io::read_file(folder_ / "sequence/sequence.json")); }
-    void describe(const json& description) const {
-        std::ofstream(folder_ / "sequence/sequence.json") << description.dump();
-    }
-
-  private:
-    TemporaryFolder folder_;
-};
 
 struct Outcome {
     int code;
@@ -119,25 +34,6 @@ Outcome control(const std::vector<std::string>& arguments) {
 json state() {
     const Outcome outcome = control({"game", "--json"});
     return outcome.code == 0 ? json::parse(outcome.out) : json::object();
-}
-
-/// Until it holds, for a minute.
-template <typename Condition>
-bool comes_true(Condition condition) {
-    for (int i = 0; i < 3000; ++i) {
-        if (condition()) return true;
-        std::this_thread::sleep_for(20ms);
-    }
-    return false;
-}
-
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-void check_same_files(const Workplace& place, const std::string& one, const std::string& other, size_t count) {
-    CHECK(place.files(one).size() == count);
-    REQUIRE(place.files(one) == place.files(other));
-    for (const std::string& name : place.files(one))
-        CHECK_MESSAGE(place.bytes(one + "/" + name) == place.bytes(other + "/" + name), name);
 }
 
 }  // namespace
