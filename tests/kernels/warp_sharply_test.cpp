@@ -12,7 +12,7 @@ using namespace clarus;
 using namespace clarus::test;
 using runtime::Storage;
 
-// docs/fsr2.md, "warp_sharply", pixel by pixel, in double precision.
+// docs/fsr2.md, "warp_sharply(image, M)", pixel by pixel, in double precision.
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
