@@ -17,6 +17,9 @@ class Trace {
   public:
     enum class Track { main = 1, device, first_writer };
 
+    /// Where nobody is to see it, it keeps nothing.
+    explicit Trace(bool is_kept) : is_kept_(is_kept) {}
+
     /// Each frame that is written while others are has a track of its own, from 0.
     static Track writer(size_t index) { return Track{static_cast<int>(Track::first_writer) + static_cast<int>(index)}; }
 
@@ -47,7 +50,7 @@ class Trace {
     /// The stages' spans, one a frame.
     void add_device_spans(std::span<const StageProfile> stages, std::span<const std::string> frames);
 
-    /// Errors: file.
+    /// When it began, on the clock of all processes, is in "otherData". Errors: file.
     void write(const std::filesystem::path& path) const;
 
   private:
@@ -61,7 +64,9 @@ class Trace {
     double now() const { return std::chrono::duration<double>(Clock::now() - origin_).count(); }
     void add(Track track, std::string name, std::string frame, double start, double end);
 
+    bool is_kept_;
     Clock::time_point origin_ = Clock::now();
+    std::chrono::system_clock::time_point began_ = std::chrono::system_clock::now();
     double device_start_ = 0;
     std::mutex mutex_;
     std::vector<Event> events_;

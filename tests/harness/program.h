@@ -1,0 +1,51 @@
+#pragma once
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <string>
+#include <vector>
+
+#include "child_process.h"
+#include "io/file.h"
+#include "temporary_folder.h"
+
+namespace clarus::test {
+
+/// A program with its output in files.
+class Program {
+  public:
+    Program(const std::string& file, const std::vector<std::string>& arguments)
+        : process_([&] { return run(file, arguments); }) {}
+
+    std::string out() const { return io::read_file(folder_ / "out"); }
+    std::string errors() const { return io::read_file(folder_ / "err"); }
+    int result() {
+        const int code = process_.result();
+        INFO(errors());
+        CHECK(code >= 0);
+        return code;
+    }
+    void kill() { process_.kill(); }
+    void interrupt() const { process_.signal(SIGINT); }
+
+  private:
+    int run(const std::string& file, const std::vector<std::string>& arguments) const {
+        const auto redirect = [&](const char* name, int descriptor) {
+            dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
+        };
+        redirect("out", STDOUT_FILENO);
+        redirect("err", STDERR_FILENO);
+        std::vector<char*> words{const_cast<char*>(file.c_str())};
+        for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+        words.push_back(nullptr);
+        execv(file.c_str(), words.data());
+        return 127;
+    }
+
+    TemporaryFolder folder_;
+    ChildProcess process_;
+};
+
+}  // namespace clarus::test
