@@ -50,9 +50,9 @@ async def publish(url, stream):
         options["bind"] = "127.0.0.1:0"
     client = moq.Client(relay, websocket_enabled=False, **options)
     try:
-        await asyncio.wait_for(client.__aenter__(), 10)
+        await asyncio.wait_for(client.__aenter__(), 5)
     except asyncio.TimeoutError:
-        refuse(f"no relay has answered at {relay} in 10 s")
+        refuse(f"no relay has answered at {relay} in 5 s")
     except Exception as error:
         refuse(f"no relay at {relay}: {error}")
     broadcast = client.create_broadcast(url.path.strip("/"))
