@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "cli/interrupt.h"
 #include "cli/share_error.h"
+#include "cli/trace.h"
 
 namespace clarus::cli {
 namespace {
@@ -128,7 +129,7 @@ bool SharedSource::waits() const {
 
 SourceFrame SharedSource::frame_of(const clarus_share_frame& shared, uint64_t skipped) const {
     SourceFrame frame;
-    frame.name = fmt::format("{:04}", shared.number);
+    frame.name = frame_name(shared.number);
     FrameDescription& inputs = frame.inputs;
     inputs.jitter = {shared.jitter_x, shared.jitter_y};
     inputs.exposure = shared.exposure;

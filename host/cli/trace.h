@@ -1,7 +1,10 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <mutex>
 #include <span>
@@ -11,6 +14,9 @@
 #include "clarus/upscaler.h"
 
 namespace clarus::cli {
+
+/// What frames of a stream are called, by their number.
+inline std::string frame_name(uint64_t number) { return fmt::format("{:04}", number); }
 
 /// Who did what when, for the Chrome trace viewer (chrome://tracing, ui.perfetto.dev). Thread-safe.
 class Trace {

@@ -17,6 +17,7 @@ from pathlib import Path
 import moq
 
 import figures
+import timeline
 
 HERE = Path(__file__).resolve().parent
 TREE = HERE.parent.parent
@@ -37,6 +38,9 @@ def arguments():
                         help="open the page in a headless Chromium for so long, print when pictures came, and end; "
                              "exits with 1 where the goal is missed")
     parser.add_argument("--log", type=Path, metavar="FILE", help="with --measure: what the page noted, as JSON")
+    parser.add_argument("--trace", type=Path, metavar="FILE",
+                        help="a timeline of rendering, sharing, upscaling and encoding, with --measure of arrival as "
+                             "well, for ui.perfetto.dev")
     parser.add_argument("--tool", default=TREE / "build/bin/clarus", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.log and not options.measure:
@@ -138,7 +142,8 @@ async def until(task, processes):
             each.cancel()
 
 
-async def stream(options):
+async def stream(options, traces):
+    """`traces`: files for the game's and the upscaler's, by their names; or none. The page's log, of --measure."""
     loop = asyncio.get_running_loop()
     log = loop.create_future()
     take_log = lambda taken: loop.call_soon_threadsafe(lambda: log.done() or log.set_result(taken))
@@ -155,16 +160,17 @@ async def stream(options):
         runtime = stack.enter_context(tempfile.TemporaryDirectory(prefix="clarus-stream-"))
         environment = os.environ | {"XDG_RUNTIME_DIR": runtime,
                                     "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+        traced = lambda who: ["--trace", traces[who]] if traces else []
         start = functools.partial(running, env=environment, start_new_session=True)
         server = await stack.enter_async_context(start(
             "clarus serve", options.tool, "serve", NAME, "--model", options.model, "--device", options.device,
-            "--output", f"moq:{address}/{NAME}#{certificate}", stdout=asyncio.subprocess.PIPE))
+            "--output", f"moq:{address}/{NAME}#{certificate}", *traced("the upscaler"), stdout=asyncio.subprocess.PIPE))
         rendered = ["render", "--scene", options.scene, "--size", options.size, "--frames", 10**6, "--frame-step",
                     max(1, round(60 / options.frame_rate))]
         played = ["play", options.play, "--loop"]
         game = await stack.enter_async_context(start(
             "the game", options.tool, *(played if options.play else rendered), "--frame-rate", options.frame_rate,
-            "--share", NAME))
+            "--share", NAME, *traced("the game")))
         line = await until(server.stdout.readline(), [server, game])
         print(line.decode(), end="", flush=True)
         if not options.measure:
@@ -181,13 +187,18 @@ def main():
     options = arguments()
     if options.measure and not shutil.which("chromium"):
         raise SystemExit("stream: --measure needs Debian's chromium")
-    try:
-        log = asyncio.run(stream(options))
-    except KeyboardInterrupt:
-        return
-    except asyncio.TimeoutError:
-        raise SystemExit("stream: the page has not shown enough in time")
-    if not options.measure:
+    log = {"pictures": []}
+    with tempfile.TemporaryDirectory(prefix="clarus-trace-") as folder:
+        traces = {who: Path(folder) / f"{who}.json" for who in ("the game", "the upscaler")} if options.trace else {}
+        try:
+            log = asyncio.run(stream(options, traces)) or log
+        except KeyboardInterrupt:
+            pass
+        except asyncio.TimeoutError:
+            raise SystemExit("stream: the page has not shown enough in time")
+        if traces:
+            timeline.write(options.trace, traces, log["pictures"])
+    if not options.measure or not log["pictures"]:
         return
     if options.log:
         options.log.write_text(json.dumps(log) + "\n")

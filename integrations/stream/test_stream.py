@@ -11,6 +11,7 @@ import unittest
 from pathlib import Path
 
 import figures
+import timeline
 
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("CLARUS_STREAM_VENV", HERE.parent.parent / "build/stream-venv"))
@@ -52,6 +53,18 @@ class Figures(unittest.TestCase):
         self.assertFalse(figures.goal(lost, 10) or figures.goal(turned, 10))
 
 
+class Timeline(unittest.TestCase):
+    def test_clocks_are_brought_together(self):
+        def trace(began, start):
+            return {"otherData": {"began": began},
+                    "traceEvents": [{"name": "x", "ph": "X", "pid": 1, "ts": start, "dur": 5, "args": {"frame": "0000"}}]}
+
+        together = timeline.of({"game": trace(2_000_000, 10), "upscaler": trace(1_000_000, 20)},
+                               [{"number": 1, "arrived": 2500, "shown": 2503}])
+        spans = {(event["pid"], event["ts"], event["dur"]) for event in together["traceEvents"] if event["ph"] == "X"}
+        self.assertEqual(spans, {(1, 1_000_010, 5), (2, 20, 5), (3, 1_500_000, 3000)})
+
+
 class Stream(unittest.TestCase):
     def setUp(self):
         if not (VENV / "complete").exists():
@@ -67,9 +80,12 @@ class Stream(unittest.TestCase):
     def test_every_frame_arrives_in_order(self):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "log.json"
-            result = self.run_stream("--model", "bicubic", "--size", "96x54", "--measure", 3, "--log", file)
+            trace = Path(folder) / "trace.json"
+            result = self.run_stream("--model", "bicubic", "--size", "96x54", "--measure", 3, "--log", file,
+                                     "--trace", trace)
             self.assertTrue(file.exists(), result.stderr)
             log = json.loads(file.read_text())
+            spans = [event for event in json.loads(trace.read_text())["traceEvents"] if event["ph"] == "X"]
         self.assertEqual(log["failure"], "")
         measured = figures.of(log["pictures"])
         self.assertEqual((measured["in_order"], measured["missing"]), (True, 0), result.stdout)
@@ -77,6 +93,11 @@ class Stream(unittest.TestCase):
         for picture in log["pictures"]:
             self.assertLess(picture["made"], picture["arrived"])
             self.assertLess(picture["arrived"], picture["shown"])
+        for picture in log["pictures"][:20]:  # one frame's way
+            frame = f"{picture['number'] - 1:04}"
+            at = {span["name"]: span["ts"] for span in spans if span["args"]["frame"] == frame}
+            way = ["render", "copy into the slot", "submit", "encode", "decode and show"]
+            self.assertEqual([name for name in sorted(at, key=at.get) if name in way], way)
 
     def test_what_ends_is_named(self):
         result = self.run_stream("--model", "no-such-model", "--measure", 3)

@@ -179,7 +179,7 @@ TEST_CASE("a stream is handed to python3, a part a frame, and what it says is to
 
     server = serve("echo ready; echo \"$3\" >'" + (place / "url").string() + "'; exec cat >'" +
                    (place / "parts").string() + "'");
-    CHECK(place.play()->result() == 0);
+    CHECK(place.play({"--trace", place / "played.json"})->result() == 0);
     CHECK(server->result() == 0);
     CHECK(place.bytes("url") == "https://127.0.0.1:4443/live\n");
     const std::string parts = place.bytes("parts");
@@ -194,11 +194,12 @@ TEST_CASE("a stream is handed to python3, a part a frame, and what it says is to
     }
     CHECK(keys == std::vector<uint32_t>{0, 1, 0, 0, 0, 0});
     std::map<std::string, int> spans;
-    const json trace = json::parse(place.bytes("trace.json"));
-    for (const json& event : trace["traceEvents"]) ++spans[event["name"]];
-    CHECK(spans["encode"] == 5);
-    CHECK(spans["wait for device"] == 5);
-    CHECK(trace["otherData"]["began"] > 1e15);  // microseconds since 1970
+    for (const char* file : {"trace.json", "played.json"}) {
+        const json trace = json::parse(place.bytes(file));
+        for (const json& event : trace["traceEvents"]) ++spans[event["name"]];
+        CHECK(trace["otherData"]["began"] > 1e15);  // microseconds since 1970
+    }
+    for (const char* span : {"render", "copy into the slot", "wait for device", "encode"}) CHECK(spans[span] == 5);
 
     server = serve("echo ready; exec head -c 3000 >/dev/null");
     const auto player = place.play({"--loop"});

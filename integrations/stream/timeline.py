@@ -1,0 +1,31 @@
+"""A Chrome trace of all who had a part in a stream, of those that the game and the upscaler wrote and of the page's log."""
+
+import json
+
+CLOCK = "began"  # of a trace, in microseconds since 1970
+
+
+def of(traces, pictures):
+    """`traces`: by name; `pictures`: of the log, which may be empty. Frames are named as in the traces."""
+    events = []
+    start = min(trace["otherData"][CLOCK] for trace in traces.values())
+    for process, (name, trace) in enumerate(traces.items(), 1):
+        events.append({"name": "process_name", "ph": "M", "pid": process, "args": {"name": name}})
+        for event in trace["traceEvents"]:
+            event["pid"] = process
+            if "ts" in event:
+                event["ts"] += trace["otherData"][CLOCK] - start
+            events.append(event)
+    process = len(traces) + 1
+    if pictures:
+        events.append({"name": "process_name", "ph": "M", "pid": process, "args": {"name": "the page"}})
+    for picture in pictures:
+        arrived, shown = (picture[key] * 1000 - start for key in ("arrived", "shown"))
+        # Numbers of fragments begin with 1, the upscaler's first frame with the stream's.
+        events.append({"name": "decode and show", "ph": "X", "pid": process, "tid": 1, "ts": arrived,
+                       "dur": shown - arrived, "args": {"frame": f"{picture['number'] - 1:04}"}})
+    return {"traceEvents": events, "displayTimeUnit": "ms", "otherData": {CLOCK: start}}
+
+
+def write(file, traces, pictures):
+    file.write_text(json.dumps(of({name: json.loads(path.read_text()) for name, path in traces.items()}, pictures)))
