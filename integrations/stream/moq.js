@@ -42,7 +42,7 @@ class Reader {
   }
 
   async take(count) {
-    if (!await this.has(count)) throw new Error("a stream ended in the middle of a message");
+    if (!await this.has(count)) throw new Error('a stream ended in the middle of a message');
     const taken = this.bytes.slice(0, count);
     this.bytes = this.bytes.subarray(count);
     return taken;
@@ -55,8 +55,8 @@ class Reader {
   }
 }
 
-// Groups come on streams of their own, several at a time. They are handed on one after the other, each of their parts as
-// soon as it is there.
+// Groups come on streams of their own, several at a time. They are handed on one after the other, each of their parts
+// as soon as it is there.
 class Order {
   constructor(onPart) {
     this.onPart = onPart;
@@ -116,8 +116,8 @@ async function readGroup(stream, order) {
 // the SHA-256 of the relay's, in hexadecimal. Throws where there is no relay, or no such broadcast.
 export async function subscribe({relay, certificate, broadcast, track}, onPart) {
   const value = new Uint8Array(certificate.match(/../g).map((byte) => parseInt(byte, 16)));
-  const transport = new WebTransport(
-      relay, {serverCertificateHashes: [{algorithm: "sha-256", value}], protocols: ["moq-lite-04"]});
+  const transport =
+      new WebTransport(relay, {serverCertificateHashes: [{algorithm: 'sha-256', value}], protocols: ['moq-lite-04']});
   await transport.ready;
   try {
     const request = await transport.createBidirectionalStream();

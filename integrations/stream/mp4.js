@@ -8,7 +8,7 @@ function boxes(bytes, at = 0) {
   const found = {};
   for (const view = viewOf(bytes); at + 8 <= bytes.length;) {
     const size = view.getUint32(at);
-    if (size < 8 || at + size > bytes.length) throw new Error("a box goes beyond its end");
+    if (size < 8 || at + size > bytes.length) throw new Error('a box goes beyond its end');
     found[name(bytes, at + 4)] = bytes.subarray(at + 8, at + size);
     at += size;
   }
@@ -19,11 +19,11 @@ const inside = (bytes, path) => path.reduce((content, box) => boxes(content)[box
 
 // What VideoDecoder.configure takes, and the track's ticks a second.
 export function readStart(bytes) {
-  const media = inside(bytes, ["moov", "trak", "mdia"]);
+  const media = inside(bytes, ['moov', 'trak', 'mdia']);
   const header = boxes(media).mdhd;
-  const entry = boxes(inside(media, ["minf", "stbl", "stsd"]), 8).avc1;
+  const entry = boxes(inside(media, ['minf', 'stbl', 'stsd']), 8).avc1;
   const description = boxes(entry, 78).avcC;
-  const hex = [...description.subarray(1, 4)].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  const hex = [...description.subarray(1, 4)].map((byte) => byte.toString(16).padStart(2, '0')).join('');
   const size = viewOf(entry);
   return {
     timescale: viewOf(header).getUint32(header[0] === 1 ? 20 : 12),
