@@ -13,7 +13,7 @@ const VideoModule& video_module() {
     if (!CLARUS_VIDEO)
         fail(ErrorKind::invalid_argument,
              "this clarus was built without videos: install libavformat-dev, libavcodec-dev and libswscale-dev, and "
-             "build it again");
+             "build it again, with CLARUS_VIDEO");
     static const VideoModule& module = module_function<const VideoModule&()>("clarus_video", "clarus_video")();
     return module;
 }
