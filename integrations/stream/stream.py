@@ -197,7 +197,7 @@ def main():
         except asyncio.TimeoutError:
             raise SystemExit("stream: the page has not shown enough in time")
         if traces:
-            timeline.write(options.trace, traces, log["pictures"])
+            way = timeline.steps(timeline.write(options.trace, traces, log["pictures"]))
     if not options.measure or not log["pictures"]:
         return
     if options.log:
@@ -206,6 +206,8 @@ def main():
         raise SystemExit(f"stream: the page cannot decode: {log['failure']}")
     measured = figures.of(log["pictures"])
     print(figures.text(measured))
+    if options.trace:
+        print("ms of a frame's way, medians: " + ", ".join(f"{name} {value:.1f}" for name, value in way.items()))
     sys.exit(not figures.goal(measured, options.frame_rate))
 
 

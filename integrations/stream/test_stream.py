@@ -65,6 +65,21 @@ class Timeline(unittest.TestCase):
         self.assertEqual(spans, {(1, 1_000_010, 5), (2, 20, 5), (3, 1_500_000, 3000)})
 
 
+    def test_steps_of_a_way(self):
+        events = []
+        for frame in range(3):
+            starts = {"render": (0, 30), "copy into the slot": (30, 2), "submit": (33, 1), "wait for device": (34, 4),
+                      "encode": (39, 5), "decode and show": (46, 3 + frame)}
+            for name, (start, length) in starts.items():
+                events.append({"name": name, "ph": "X", "pid": 1, "ts": 1000 * (100 * frame + start),
+                               "dur": 1000 * length, "args": {"frame": f"{frame:04}"}})
+        events.append({"name": "render", "ph": "X", "pid": 1, "ts": 0, "dur": 1, "args": {"frame": "0009"}})
+        self.assertEqual(timeline.steps({"traceEvents": events}),
+                         {"render, or read": 30, "copy into the slot": 2, "to the upscaler": 1, "upscale": 6,
+                          "encode": 5, "to the page": 2, "decode and show": 4})
+        self.assertEqual(timeline.steps({"traceEvents": []}), {})
+
+
 class Stream(unittest.TestCase):
     def setUp(self):
         if not (VENV / "complete").exists():

@@ -27,5 +27,39 @@ def of(traces, pictures):
     return {"traceEvents": events, "displayTimeUnit": "ms", "otherData": {CLOCK: start}}
 
 
+def steps(timeline):
+    """The median milliseconds of each step of a frame's way: {name: milliseconds}, in the order of time. From the end of
+    one step to the beginning of the next are the ways between processes."""
+    spans = {}
+    for event in timeline["traceEvents"]:
+        if event["ph"] == "X":
+            spans.setdefault(event["args"]["frame"], {})[event["name"]] = event
+    whole = [frame for frame in spans.values() if {"copy into the slot", "submit", "encode", "decode and show"} <= set(frame)]
+    if not whole:
+        return {}
+
+    def median(length):
+        return sorted(length(frame) for frame in whole)[len(whole) // 2] / 1000
+
+    def way(start, end):
+        return lambda frame: frame[end]["ts"] - frame[start]["ts"] - frame[start]["dur"]
+
+    def length(name):
+        return lambda frame: frame[name]["dur"] if name in frame else 0
+
+    return {
+        "render, or read": median(length("render")),
+        "copy into the slot": median(length("copy into the slot")),
+        "to the upscaler": median(way("copy into the slot", "submit")),
+        "upscale": median(lambda frame: frame["encode"]["ts"] - frame["submit"]["ts"]),
+        "encode": median(length("encode")),
+        "to the page": median(way("encode", "decode and show")),
+        "decode and show": median(length("decode and show")),
+    }
+
+
 def write(file, traces, pictures):
-    file.write_text(json.dumps(of({name: json.loads(path.read_text()) for name, path in traces.items()}, pictures)))
+    """What it has written."""
+    timeline = of({name: json.loads(path.read_text()) for name, path in traces.items()}, pictures)
+    file.write_text(json.dumps(timeline))
+    return timeline
