@@ -212,7 +212,7 @@ void upscale(const UpscaleOptions& options) {
             throw;
         }
         if (video) video->finish();
-        if (interrupt && Interrupt::came())
+        if (interrupt && Interrupt::came() && frames.size() < sequence.frames.size())
             fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(), frames.size(),
                  sequence.frames.size());
     }

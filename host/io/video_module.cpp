@@ -141,13 +141,14 @@ class Encoder {
         codec.height = even(size_.height);
         codec.pix_fmt = AV_PIX_FMT_YUV420P;
         codec.time_base = {1, kTicks};
-        codec.framerate = av_d2q(settings.frame_rate, 1001000);
+        const double rate = std::clamp(settings.frame_rate, 1.0, 1000.0);  // a renderer may have said anything
+        codec.framerate = av_d2q(rate, 1001000);
         codec.color_range = AVCOL_RANGE_MPEG;
         codec.colorspace = AVCOL_SPC_BT709;
         codec.color_primaries = AVCOL_PRI_BT709;
         codec.color_trc = AVCOL_TRC_IEC61966_2_1;
         codec.chroma_sample_location = AVCHROMA_LOC_LEFT;
-        codec.gop_size = std::max(1, static_cast<int>(std::lround(settings.frame_rate * (is_live ? 1 : 5))));
+        codec.gop_size = std::max(1, static_cast<int>(std::lround(rate * (is_live ? 1 : 5))));
         if (format_->oformat->flags & AVFMT_GLOBALHEADER) codec.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
 

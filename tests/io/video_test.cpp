@@ -124,6 +124,17 @@ TEST_CASE("crf is a video's quality") {
     CHECK(bytes(2) > 2 * bytes(45));
 }
 
+TEST_CASE("a frame rate that nobody has does no harm, nor do times that go back") {
+    const TemporaryFolder folder;
+    for (const double frame_rate : {1e30, 1e-30}) {
+        const auto writer =
+            io::write_video(folder / "video.mp4", {.size = {32, 32}, .frame_rate = frame_rate, .crf = {}});
+        for (const double seconds : {0.0, 1.0, 0.5, 60.0}) writer->write(flat({32, 32}, 1, 0, 0), seconds, made);
+        writer->finish();
+        CHECK(read_video(folder / "video.mp4").pictures.size() == 4);
+    }
+}
+
 TEST_CASE("a stream has a fragment a picture, at once") {
     constexpr Size size{96, 64};
     const TemporaryFolder folder;
