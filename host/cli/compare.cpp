@@ -109,7 +109,8 @@ void add_compare_command(CLI::App& app) {
             "--csv", [options] { options->form = Form::csv; }, "Print CSV, a line a result")
         ->excludes(&json);
     command.footer(
-        "Both are compared as display values in [0, 1]. PSNR, SSIM and FLIP are means over the frames; the pooled "
+        "Both are compared as display values in [0, 1]. PSNR, SSIM, FLIP and VMAF are means over the frames; the "
+        "pooled "
         "PSNR\n"
         "is that of the mean squared error over all of them. Two figures are of stability in time, and are there "
         "where\n"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -22,6 +23,7 @@
 #include "metrics/python_metric.h"
 #include "metrics/radiance.h"
 #include "metrics/strred.h"
+#include "metrics/vmaf.h"
 
 namespace clarus::cli {
 namespace {
@@ -81,7 +83,9 @@ struct Measure {
 // One of the folders, measured frame by frame.
 class Result {
   public:
-    Result(const std::filesystem::path& folder, std::span<const Reference> references) : images_(images_in(folder)) {
+    Result(const std::filesystem::path& folder, std::span<const Reference> references, bool with_vmaf)
+        : images_(images_in(folder)) {
+        if (with_vmaf) vmaf_ = std::make_unique<metrics::Vmaf>();
         compared_.folder = folder;
         for (const Reference& reference : references)
             compared_.files.push_back(require_image(images_, reference.name, folder));
@@ -99,6 +103,7 @@ class Result {
                                                              *with.expected_radiance);
             if (with.flip) quality.flip = with.flip->measure(pixels, with.expected);
             if (with.lpips) quality.lpips = with.lpips->measure(pixels, with.expected);
+            if (vmaf_) vmaf_->add(pixels, with.expected);
             add_strred(pixels, with, quality);
             pixel_std_.add(pixels, with.is_static);
             compared_.frames.push_back(quality);
@@ -116,6 +121,10 @@ class Result {
     }
 
     ComparedResult take() {
+        if (vmaf_) {
+            const std::vector<double> figures = vmaf_->finish();
+            for (size_t i = 0; i < figures.size(); ++i) compared_.frames[i].vmaf = figures[i];
+        }
         compared_.quality = metrics::summarise(compared_.frames);
         compared_.quality.pixel_std = pixel_std_.mean();
         return std::move(compared_);
@@ -148,6 +157,7 @@ class Result {
     ComparedResult compared_;
     metrics::PixelStd pixel_std_;
     metrics::StrredFrame strred_;
+    std::unique_ptr<metrics::Vmaf> vmaf_;
     io::Pixels previous_;
 };
 
@@ -162,6 +172,10 @@ void ReferenceOptions::add_to(CLI::App& command) {
     command.add_flag("--lpips", lpips,
                      "LPIPS, too, by its authors' package (PyPI's lpips), which the python3 in the path must have with "
                      "torchvision's weights of AlexNet");
+    command.add_flag(
+        "--vmaf", vmaf,
+        "VMAF, too, by an FFmpeg with libvmaf: that of PyPI's imageio-ffmpeg, which the python3 in the path "
+        "must have, or the one in the path");
     command
         .add_option(
             "--baseline", baseline,
@@ -221,14 +235,14 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
                                     std::span<const Reference> references, const ReferenceOptions& options,
                                     const MasksSeen& see_masks) {
     std::vector<Result> results;
-    for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references);
+    for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references, options.vmaf);
     for (const Result& result : results) result.warn_of_unused(references, options.sequence);
     const std::optional<std::filesystem::path> baseline_folder = baseline_of(folders, options);
     std::optional<size_t> baseline;
     if (baseline_folder) {
         const auto same = [&](const std::filesystem::path& folder) { return is_same(folder, *baseline_folder); };
         baseline = std::ranges::find_if(folders, same) - folders.begin();
-        if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references);
+        if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references, false);
     }
     std::optional<metrics::PythonMetric> flip, lpips;
     if (options.flip) flip.emplace(metrics::flip_package);

@@ -21,7 +21,7 @@ struct ReferenceOptions {
     SequenceOptions sequence;  // or a folder of images of the results' names
     double scale = 2;
     bool linear = false;
-    bool flip = false, lpips = false;
+    bool flip = false, lpips = false, vmaf = false;
     std::filesystem::path baseline;  // empty: the result that is bicubic's, where there is one
 
     void add_to(CLI::App& command);  // but for the sequence's path

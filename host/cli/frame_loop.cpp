@@ -24,6 +24,7 @@ struct Slot {
     Slot(const Slot&) = delete;
     Slot& operator=(const Slot&) = delete;
     ~Slot() {
+        if (written.valid()) written.wait();  // Others hold this future, too: its own end would not wait.
         try {
             if (event) event->wait();
         } catch (const std::exception&) {  // Only reached while another error is on its way.
@@ -37,7 +38,8 @@ struct Slot {
     std::map<std::string, io::Pixels> views;
     FrameResult result;
     std::optional<FrameEvent> event;
-    std::future<void> written;
+    double seconds = 0;  // after the first frame
+    std::shared_future<void> written;
 };
 
 class FrameLoop {
@@ -82,7 +84,7 @@ class FrameLoop {
 
     void hand_over(Slot& slot) {
         if (!slot.written.valid()) return;
-        slot.written.get();
+        std::exchange(slot.written, {}).get();
         finished_(std::move(slot.result));
     }
 
@@ -129,7 +131,12 @@ class FrameLoop {
         if (interpolator_) interpolate(slot);
         slot.frame.hold.reset();
         const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
-        slot.written = std::async(std::launch::async, [this, &slot, track] { write(slot, track); });
+        if (slot.index != 0) seconds_ += slot.frame.seconds;
+        slot.seconds = seconds_;
+        slot.written = std::async(std::launch::async, [this, &slot, track, before = last_written_] {
+                           write(slot, track, before);
+                       }).share();
+        last_written_ = slot.written;
     }
 
     /// Where a device was lost while it had the frame, the frame is computed again by the others. The next one, which
@@ -156,7 +163,8 @@ class FrameLoop {
         interpolator_->submit(frame).wait();
     }
 
-    void write(Slot& slot, Trace::Track track) {
+    /// `before`: the frame before is written.
+    void write(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
         const Trace::Span span(trace_, track, "write", slot.frame.name);
         if (!slot.frame.reference.values.empty()) {
             const auto display = [&](const io::Pixels& pixels) {
@@ -164,6 +172,7 @@ class FrameLoop {
             };
             slot.result.quality = metrics::measure(display(slot.output), display(slot.frame.reference));
         }
+        if (output_.writer) encode(slot, track, before);
         if (output_.folder.empty()) return;
         const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
         const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
@@ -175,12 +184,28 @@ class FrameLoop {
             save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);
     }
 
+    void encode(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
+        const bool has_before = interpolator_ && slot.index != 0;
+        const auto display = [&](io::Pixels& pixels) {
+            if (output_.color_space == ColorSpace::linear)
+                pixels = metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
+        };
+        display(slot.output);
+        if (has_before) display(slot.before);
+        if (before.valid()) before.get();
+        const Trace::Span span(trace_, track, "encode", slot.frame.name);
+        if (has_before) output_.writer->write(slot.before, slot.seconds - slot.frame.seconds / 2, slot.frame.taken);
+        output_.writer->write(slot.output, slot.seconds, slot.frame.taken);
+    }
+
     FrameSource& source_;
     const ChooseUpscaler& choose_;
     Interpolator* interpolator_;
     const FrameOutput& output_;
     Trace& trace_;
     const Finished& finished_;
+    double seconds_ = 0;
+    std::shared_future<void> last_written_;
     // Last: its writers use what is above.
     std::vector<Slot> slots_;
 };

@@ -13,13 +13,14 @@
 #include "cli/frame_source.h"
 #include "cli/image_folder.h"
 #include "cli/trace.h"
+#include "io/video.h"
 #include "metrics/quality.h"
 
 namespace clarus::cli {
 
-/// What the loop leaves in the folder.
+/// What the loop leaves: pictures in a folder, or a video.
 struct FrameOutput {
-    std::filesystem::path folder;    // empty: nothing is written
+    std::filesystem::path folder;    // empty: no pictures are written
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
     ColorSpace color_space;          // of the frames
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
@@ -28,8 +29,10 @@ struct FrameOutput {
     bool interpolated = false;       // with pictures in between
     int png_compression = 1;         // zlib's level, 0 to 9
     bool fallback = false;           // as the upscaler's option: a frame whose event fails is submitted again
+    std::filesystem::path video;     // in place of the folder: a file's, empty for a stream
+    io::VideoWriter* writer = nullptr;
 
-    std::filesystem::path file(const std::string& frame) const { return folder / (frame + extension); }
+    std::filesystem::path file(const std::string& frame) const { return writer ? video : folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }
     std::filesystem::path view_folder(const std::string& view) const { return folder / "views" / view; }
     std::filesystem::path view_file(const std::string& view, const std::string& frame) const {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "cli/frame_description.h"
+#include "cli/interrupt.h"
 
 namespace clarus::cli {
 
@@ -10,6 +11,7 @@ SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, b
     : sequence_(sequence), reader_(sequence, 0, sequence.frames.size(), want_motion, want_reference, ahead) {}
 
 std::optional<SourceFrame> SequenceSource::next() {
+    if (Interrupt::came()) return std::nullopt;
     std::optional<io::FrameReader::Frame> read = reader_.next();
     if (!read) return std::nullopt;
     const io::FrameFiles& files = sequence_.frames[read->index];
@@ -18,6 +20,7 @@ std::optional<SourceFrame> SequenceSource::next() {
     frame.name = files.name;
     frame.inputs = describe_frame(sequence_, files, *pixels);
     frame.reference = std::move(pixels->reference);
+    frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;
     return frame;
 }

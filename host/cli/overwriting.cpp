@@ -62,14 +62,16 @@ void TakenFiles::take(const std::string& option, const std::filesystem::path& fi
 void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const io::Sequence& sequence,
                                const Model& model, const FrameOutput& output, const std::filesystem::path& report,
                                const std::filesystem::path& trace) {
-    if (folders_of(images_of(sequence)).contains(resolved(output.folder)))
+    if (!output.writer && folders_of(images_of(sequence)).contains(resolved(output.folder)))
         fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
              output.folder.string());
 
     TakenFiles taken;
     taken.add(sequence_path, sequence);
     if (model.tensors()) taken.add(model.tensors()->path(), "the model");
+    if (output.writer) taken.take("--output", output.video);
     for (const io::FrameFiles& frame : sequence.frames) {
+        if (output.writer) break;
         taken.add(output.file(frame.name), "an image of --output");
         if (output.interpolated) taken.add(output.file_before(frame.name), "an image of --output");
         for (const std::string& view : output.views)

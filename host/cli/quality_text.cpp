@@ -68,6 +68,7 @@ std::vector<Figure> make_figures() {
         {"pixel_std", "pixel std", 2, Best::least, Table::whole, &Sequence::pixel_std, {}},
         {"flip", "FLIP", 4, Best::least, Table::whole, &Sequence::flip, &Frame::flip},
         {"lpips", "LPIPS", 4, Best::least, Table::whole, &Sequence::lpips, &Frame::lpips},
+        {"vmaf", "VMAF", 2, Best::most, Table::whole, &Sequence::vmaf, &Frame::vmaf},
         {"strred", "STRRED", 2, Best::least, Table::whole, &Sequence::strred, {}},
         {"srred", "SRRED", 4, Best::least, Table::none, &Sequence::srred, &Frame::srred},
         {"trred", "TRRED", 4, Best::least, Table::none, &Sequence::trred, &Frame::trred},

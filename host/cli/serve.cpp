@@ -15,22 +15,25 @@
 #include "cli/frame_loop.h"
 #include "cli/interrupt.h"
 #include "cli/output_folder.h"
+#include "cli/overwriting.h"
 #include "cli/pipeline_options.h"
 #include "cli/progress.h"
 #include "cli/serving.h"
 #include "cli/shared_source.h"
 #include "cli/trace.h"
 #include "link/link.h"
+#include "cli/video_output.h"
 
 namespace clarus::cli {
 namespace {
 
 struct ServeOptions {
     std::string name;
-    Serving::Settings settings{.wish = {}, .device = "auto", .upscaler = {}};
-    std::filesystem::path output;
-    std::string listen;
+    Serving::Settings settings{.wish = {}, .device = "auto", .upscaler = {}, .only_size = {}};
+    std::string output, listen;
     int png_compression = 1;
+    std::optional<int> crf;
+    std::filesystem::path trace;
     bool goes_on = false;
 };
 
@@ -38,7 +41,8 @@ void tell_waiting(const std::string& name) {
     if (isatty(STDERR_FILENO)) fmt::print(stderr, "waiting for a renderer that shares {}; Ctrl-C ends\n", name);
 }
 
-void upscale(const ServeOptions& options, SharedSource& source, Serving& serving, OutputFolders& folders) {
+void upscale(const ServeOptions& options, const OutputTarget& target, VideoOutput* video, SharedSource& source,
+             Serving& serving, OutputFolders& folders) {
     {
         Progress progress("preparing");
         serving.start([&](double fraction) { progress.update(fraction); });
@@ -46,23 +50,31 @@ void upscale(const ServeOptions& options, SharedSource& source, Serving& serving
     const Upscaler& first = serving.upscaler();
     const Size render = first.render_size(), shown = first.output_size();
     const ColorSpace color_space = source.stream()->sequence.color_space;
-    if (!options.output.empty())
-        folders.require(options.output, uintmax_t{3} * sizeof(float) * shown.width * shown.height);
+    if (!target.folder.empty())
+        folders.require(target.folder, uintmax_t{3} * sizeof(float) * shown.width * shown.height);
+    if (video) serving.keep_output_size();
     fmt::print("{}: {} at {}x{}, to {}x{}\n", options.name, options.settings.wish.model, render.width, render.height,
                shown.width, shown.height);
     std::fflush(stdout);
-    const FrameOutput output{.folder = options.output,
+    const FrameOutput output{.folder = target.folder,
                              .extension = color_space == ColorSpace::linear ? ".exr" : ".png",
                              .color_space = color_space,
                              .views = {},
                              .view_size = {},
                              .measure = false,
                              .interpolated = false,
-                             .png_compression = options.png_compression};
-    Trace trace;
-    upscale_frames(
-        source, [&](SourceFrame& frame) { return serving.choose(frame); }, nullptr, output,
-        frames_under_way(first, output), trace, [](const FrameResult&) {});
+                             .png_compression = options.png_compression,
+                             .video = target.video,
+                             .writer = video};
+    Trace trace(!options.trace.empty());
+    bool is_first = true;
+    const auto choose = [&](SourceFrame& frame) {
+        if (video && is_first) video->open({.size = shown, .frame_rate = 1 / frame.seconds, .crf = options.crf});
+        is_first = false;
+        return serving.choose(frame);
+    };
+    upscale_frames(source, choose, nullptr, output, frames_under_way(first, output), trace, [](const FrameResult&) {});
+    if (!options.trace.empty()) trace.write(options.trace);
 }
 
 void serve(const ServeOptions& options) {
@@ -70,9 +82,15 @@ void serve(const ServeOptions& options) {
     if (!options.listen.empty()) address = link::parse_address(options.listen, "--listen");
     SharedSource source(options.name, options.goes_on);
     Serving serving(options.name, source, options.settings);
+    const OutputTarget target = output_target(options.output, true);
+    check_crf(options.crf, target);
     OutputFolders folders;
-    if (!options.output.empty()) folders.require(options.output);
+    if (!target.folder.empty()) folders.require(target.folder);
+    for (const std::filesystem::path& file : {target.video, options.trace})
+        if (!file.empty()) folders.require(folder_of(file));
     const Interrupt interrupt;
+    std::optional<VideoOutput> video;
+    if (target.is_video()) video.emplace(target);
     const ControlServer control(options.name,
                                 [&](const nlohmann::json& changes, const ControlServer::Progress& progress) {
                                     if (!changes.empty()) serving.change(changes, progress);
@@ -81,9 +99,11 @@ void serve(const ServeOptions& options) {
     const std::unique_ptr<link::Link> link = address ? link::receive_frames(options.name, *address) : nullptr;
     try {
         tell_waiting(options.name);
-        if (source.connect()) upscale(options, source, serving, folders);
+        if (source.connect()) upscale(options, target, video ? &*video : nullptr, source, serving, folders);
+        if (video) video->finish();
     } catch (const std::exception& error) {
         source.refuse(error.what());
+        if (video) video->keep();
         throw;
     }
     const SharedSource::Figures figures = source.figures();
@@ -104,8 +124,12 @@ void add_serve_command(CLI::App& app) {
     command
         .add_option("-o,--output", options->output,
                     "Folder for the images, named by the renderer's numbers of frames; those of the same name are "
-                    "replaced. Without, nothing is written")
-        ->type_name("DIR");
+                    "replaced. Or a video, .mp4, .mkv or .webm, which is there once the stream has ended. Or, as "
+                    "moq:https://HOST:PORT/NAME, a relay of Media-over-QUIC, to which PyPI's moq-rs publishes, in the "
+                    "python3 in the path; with #SHA256 after it, of the one certificate that the relay may have. "
+                    "Without, nothing is written")
+        ->type_name("DIR|FILE|moq:URL");
+    add_video_options(command, options->crf);
     command
         .add_option("--device", options->settings.device,
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
@@ -139,6 +163,10 @@ void add_serve_command(CLI::App& app) {
         ->type_name("LEVEL")
         ->check(CLI::Range(0, 9))
         ->capture_default_str();
+    command
+        .add_option("--trace", options->trace,
+                    "Write a Chrome trace of all frames at the end (chrome://tracing, ui.perfetto.dev)")
+        ->type_name("FILE");
     command.add_flag("--keep", options->goes_on,
                      "When the renderer closes its stream, wait for the next; without, that ends the command. One that "
                      "dies is waited for in any case");
@@ -146,6 +174,8 @@ void add_serve_command(CLI::App& app) {
         "Ctrl-C ends it. `clarus control NAME` tells how it goes, and changes the model while it runs.\n"
         "Examples:\n"
         "  clarus serve game --model enss-m-x2 --output upscaled\n"
+        "  clarus serve game --model enss-m-x2 --output game.mp4\n"
+        "  clarus serve game --model enss-s-x2 --output moq:https://127.0.0.1:4443/game#5f0c…\n"
         "  clarus play sequence --share game --frame-rate 30      in another terminal\n"
         "  clarus control game model=fsr2                         in a third\n"
         "  clarus serve game --model fsr1 --listen 10.0.0.2:7788  for a game on another machine");

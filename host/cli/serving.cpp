@@ -76,6 +76,12 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     Device device = Device::open(settings.device);
     Upscaler upscaler(device, model, sequence.render_size, options);
     check_resources(upscaler, model, *stream, name_);
+    const Size shown = upscaler.output_size();
+    if (settings.only_size && shown != *settings.only_size)
+        fail(ErrorKind::invalid_argument,
+             "the output would be of {}x{}, but a video of {}x{} is being written; output-size={}x{} keeps it",
+             shown.width, shown.height, settings.only_size->width, settings.only_size->height,
+             settings.only_size->width, settings.only_size->height);
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
     if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
@@ -89,6 +95,11 @@ void Serving::start(const Progress& progress) {
     const std::lock_guard lock(mutex_);
     stream_ = stream;
     current_ = seat;
+}
+
+void Serving::keep_output_size() {
+    const std::lock_guard lock(mutex_);
+    settings_.only_size = current_->upscaler.output_size();
 }
 
 std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "clarus/upscaler.h"
@@ -21,8 +22,9 @@ class Serving {
 
     struct Settings {
         ModelWish wish;
-        std::string device;        // a selector
-        UpscalerOptions upscaler;  // but for what the stream says
+        std::string device;             // a selector
+        UpscalerOptions upscaler;       // but for what the stream says
+        std::optional<Size> only_size;  // of the output, which goes where no other can go
     };
 
     /// `source` outlives it. Errors: those of find_model.
@@ -31,6 +33,9 @@ class Serving {
     /// Prepares for the stream that is connected. Errors: those of choose_model, Upscaler and Device::open;
     /// invalid_argument where the stream lacks what the model needs.
     void start(const Progress& progress);
+
+    /// From now on output of another size is an error: what would make it is not changed to.
+    void keep_output_size();
 
     /// What upscales this frame of the source's stream. Where that is another than before, it prepares anew. Errors: as
     /// start.

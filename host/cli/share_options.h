@@ -20,6 +20,9 @@ inline CLI::Option* add_share_options(CLI::App& command, ShareOptions& options) 
         ->check(CLI::PositiveNumber);
     command.add_flag("--newest", options.newest,
                      "Do not wait for the upscaler: it gets the newest frame. Without, it gets every one");
+    command
+        .add_option("--trace", options.trace, "With --share: write a Chrome trace of rendering and sharing at the end")
+        ->type_name("FILE");
     command.add_option("--slots", options.slots, "How many frames the stream has room for, 2 to 8")
         ->type_name("N")
         ->capture_default_str();

@@ -100,9 +100,11 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
       options_(std::move(options)),
       stream_(open_stream(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
               clarus_share_close),
-      number_(options_.first_number) {
+      number_(options_.first_number),
+      trace_(!options_.trace.empty()) {
     if (const auto remote = link::parse_remote_stream(options_.name, "--share"))
         link_ = link::send_frames(stream_name(options_), *remote);
+    rendering_.emplace(trace_, Trace::Track::main, "render");
 }
 
 SharedFrames::~SharedFrames() {
@@ -112,25 +114,41 @@ SharedFrames::~SharedFrames() {
 }
 
 bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {
+    const std::string name = frame_name(number_);
+    rendering_->set_frame(name);
+    rendering_.reset();
     clarus_share_frame frame;
-    for (;;) {
-        if (Interrupt::came()) return false;
-        const clarus_share_status status = clarus_share_begin(stream_.get(), kLookMilliseconds, &frame);
-        tell_message();
-        if (status == CLARUS_SHARE_OK) break;
-        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
+    {
+        const Trace::Span span(trace_, Trace::Track::main, "wait for a slot", name);
+        if (!begin(frame)) return false;
+        wait_for_turn();
     }
-    wait_for_turn();
-    fill_in(frame, sequence_, files);
-    frame.number = number_++;
-    copy(frame, CLARUS_SHARE_COLOR, pixels.color);
-    copy(frame, CLARUS_SHARE_DEPTH, pixels.depth);
-    copy(frame, CLARUS_SHARE_MOTION, pixels.motion);
-    check_share(clarus_share_end(stream_.get(), &frame));
+    {
+        const Trace::Span span(trace_, Trace::Track::main, "copy into the slot", name);
+        fill_in(frame, sequence_, files);
+        frame.number = number_++;
+        copy(frame, CLARUS_SHARE_COLOR, pixels.color);
+        copy(frame, CLARUS_SHARE_DEPTH, pixels.depth);
+        copy(frame, CLARUS_SHARE_MOTION, pixels.motion);
+        check_share(clarus_share_end(stream_.get(), &frame));
+    }
+    rendering_.emplace(trace_, Trace::Track::main, "render");
     return true;
 }
 
+// False where Interrupt came.
+bool SharedFrames::begin(clarus_share_frame& frame) {
+    while (!Interrupt::came()) {
+        const clarus_share_status status = clarus_share_begin(stream_.get(), kLookMilliseconds, &frame);
+        tell_message();
+        if (status == CLARUS_SHARE_OK) return true;
+        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
+    }
+    return false;
+}
+
 void SharedFrames::finish() {
+    if (!options_.trace.empty()) trace_.write(options_.trace);
     while (!Interrupt::came()) {
         const clarus_share_status status = clarus_share_drain(stream_.get(), kLookMilliseconds);
         tell_message();

@@ -2,10 +2,13 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "clarus/share.h"
+#include "cli/trace.h"
 #include "io/frames.h"
 #include "io/sequence.h"
 #include "link/link.h"
@@ -18,7 +21,8 @@ struct ShareOptions {
     double frame_rate = 0;  // 0: as fast as frames are taken
     bool newest = false;    // do not wait for the upscaler
     int slots = 3;
-    uint64_t first_number = 0;  // the first frame's
+    uint64_t first_number = 0;    // the first frame's
+    std::filesystem::path trace;  // a file; empty: none
 };
 
 /// Shares frames with `clarus serve`, as a renderer does (clarus/share.h). Waits end where Interrupt comes.
@@ -30,7 +34,7 @@ class SharedFrames {
 
     /// The next frame: its images as files of the sequence would hold them. False where Interrupt came instead.
     bool share(const io::FrameFiles& frame, const io::FramePixels& pixels);
-    /// Waits until the upscaler is done with all of them.
+    /// Waits until the upscaler is done with all of them. Writes the trace. Errors: file.
     void finish();
 
     clarus_share_state state() const { return clarus_share_stream_state(stream_.get()); }
@@ -38,6 +42,7 @@ class SharedFrames {
   private:
     using Clock = std::chrono::steady_clock;
 
+    bool begin(clarus_share_frame& frame);
     void wait_for_turn();
     void tell_message();
 
@@ -48,6 +53,8 @@ class SharedFrames {
     uint64_t number_;
     Clock::time_point turn_ = Clock::now();
     std::string told_;
+    Trace trace_;
+    std::optional<Trace::Span> rendering_;  // of the frame that comes next
 };
 
 }  // namespace clarus::cli

@@ -9,6 +9,7 @@
 #include "base/log.h"
 #include "cli/interrupt.h"
 #include "cli/share_error.h"
+#include "cli/trace.h"
 
 namespace clarus::cli {
 namespace {
@@ -126,9 +127,9 @@ bool SharedSource::waits() const {
     return stream_->is_newest || !clarus_share_reader_ready(reader) || !clarus_share_reader_state(reader).connected;
 }
 
-SourceFrame SharedSource::frame_of(const clarus_share_frame& shared) const {
+SourceFrame SharedSource::frame_of(const clarus_share_frame& shared, uint64_t skipped) const {
     SourceFrame frame;
-    frame.name = fmt::format("{:04}", shared.number);
+    frame.name = frame_name(shared.number);
     FrameDescription& inputs = frame.inputs;
     inputs.jitter = {shared.jitter_x, shared.jitter_y};
     inputs.exposure = shared.exposure;
@@ -148,6 +149,8 @@ SourceFrame SharedSource::frame_of(const clarus_share_frame& shared) const {
     inputs.color = image_of(shared.images[CLARUS_SHARE_COLOR]);
     inputs.depth = image_of(shared.images[CLARUS_SHARE_DEPTH]);
     inputs.motion = image_of(shared.images[CLARUS_SHARE_MOTION]);
+    if (shared.frame_seconds > 0)
+        frame.seconds = std::min(60.0, shared.frame_seconds * static_cast<double>(skipped + 1));
     frame.hold =
         std::shared_ptr<const void>(stream_.get(), [stream = stream_, log = log_, taken = Clock::now()](const void*) {
             clarus_share_reader_release(stream->reader.get());
@@ -163,8 +166,9 @@ std::optional<SourceFrame> SharedSource::next() {
         clarus_share_frame shared;
         const clarus_share_status status = clarus_share_reader_wait(reader, kLookMilliseconds, &shared);
         if (status == CLARUS_SHARE_OK) {
-            log_->taken(clarus_share_reader_state(reader).skipped - skipped);
-            return frame_of(shared);
+            const uint64_t left_out = clarus_share_reader_state(reader).skipped - skipped;
+            log_->taken(left_out);
+            return frame_of(shared, left_out);
         }
         if (status == CLARUS_SHARE_TIMED_OUT) continue;
         log_->left();

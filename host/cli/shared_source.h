@@ -60,7 +60,8 @@ class SharedSource : public FrameSource {
     using Clock = std::chrono::steady_clock;
     class Log;
 
-    SourceFrame frame_of(const clarus_share_frame& shared) const;
+    /// `skipped`: how many frames before it.
+    SourceFrame frame_of(const clarus_share_frame& shared, uint64_t skipped) const;
 
     std::string name_;
     bool goes_on_;

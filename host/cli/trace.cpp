@@ -11,6 +11,7 @@
 namespace clarus::cli {
 
 void Trace::add(Track track, std::string name, std::string frame, double start, double end) {
+    if (!is_kept_) return;
     const std::lock_guard lock(mutex_);
     events_.push_back({track, std::move(name), std::move(frame), start, end});
 }
@@ -49,7 +50,11 @@ void Trace::write(const std::filesystem::path& path) const {
                           {"ts", event.start * microseconds},
                           {"dur", (event.end - event.start) * microseconds},
                           {"args", {{"frame", event.frame}}}});
-    const std::string text = nlohmann::json{{"traceEvents", events}, {"displayTimeUnit", "ms"}}.dump() + "\n";
+    const std::chrono::duration<double, std::micro> began = began_.time_since_epoch();
+    const std::string text =
+        nlohmann::json{{"traceEvents", events}, {"displayTimeUnit", "ms"}, {"otherData", {{"began", began.count()}}}}
+            .dump() +
+        "\n";
     io::write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -13,10 +16,16 @@
 
 namespace clarus::cli {
 
+/// What frames of a stream are called, by their number.
+inline std::string frame_name(uint64_t number) { return fmt::format("{:04}", number); }
+
 /// Who did what when, for the Chrome trace viewer (chrome://tracing, ui.perfetto.dev). Thread-safe.
 class Trace {
   public:
     enum class Track { main = 1, transfers, first_device = 10, first_writer = 1000 };
+
+    /// Where nobody is to see it, it keeps nothing.
+    explicit Trace(bool is_kept) : is_kept_(is_kept) {}
 
     /// Each frame that is written while others are has a track of its own, from 0.
     static Track writer(size_t index) { return Track{static_cast<int>(Track::first_writer) + static_cast<int>(index)}; }
@@ -46,7 +55,7 @@ class Trace {
     void add_device_spans(std::span<const StageProfile> stages, std::span<const DeviceProfile> devices,
                           std::span<const std::string> frames);
 
-    /// Errors: file.
+    /// When it began, on the clock of all processes, is in "otherData". Errors: file.
     void write(const std::filesystem::path& path) const;
 
   private:
@@ -60,7 +69,9 @@ class Trace {
     double now() const { return std::chrono::duration<double>(Clock::now() - origin_).count(); }
     void add(Track track, std::string name, std::string frame, double start, double end);
 
+    bool is_kept_;
     Clock::time_point origin_ = Clock::now();
+    std::chrono::system_clock::time_point began_ = std::chrono::system_clock::now();
     std::mutex mutex_;
     std::map<Track, std::string> devices_;  // names of tracks
     std::vector<Event> events_;

@@ -18,6 +18,7 @@
 #include "cli/commands.h"
 #include "cli/frame_loop.h"
 #include "cli/frame_source.h"
+#include "cli/interrupt.h"
 #include "cli/model_choice.h"
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
@@ -26,6 +27,7 @@
 #include "cli/run_report.h"
 #include "cli/sequence_options.h"
 #include "cli/trace.h"
+#include "cli/video_output.h"
 #include "io/frames.h"
 
 namespace clarus::cli {
@@ -39,11 +41,12 @@ const std::vector<std::string> only_list{"list"};  // --view list
 struct UpscaleOptions {
     SequenceOptions sequence;
     ModelWish wish;
-    std::filesystem::path output;
+    std::string output;
     std::string device = "auto";
     UpscalerOptions settings;  // but for what the sequence says
     std::optional<Format> format;
     int png_compression = 1;
+    std::optional<int> crf;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
     std::string placement = "auto";
@@ -52,10 +55,13 @@ struct UpscaleOptions {
     std::filesystem::path trace, report;
 };
 
-Format output_format(const UpscaleOptions& options, ColorSpace color_space) {
+Format output_format(const UpscaleOptions& options, const OutputTarget& target, ColorSpace color_space) {
+    if (!target.video.empty() && (options.format || !options.views.empty()))
+        fail(ErrorKind::invalid_argument, "{} is of pictures; name a folder as --output, in place of {}",
+             options.format ? "--format" : "--view", target.video.string());
     const bool linear = color_space == ColorSpace::linear;
     const Format format = options.format.value_or(linear ? Format::exr : Format::png);
-    if (linear && format == Format::png)
+    if (linear && format == Format::png && target.video.empty())
         fail(ErrorKind::invalid_argument,
              "the sequence {} is linear HDR, which a PNG file cannot hold; use --format exr",
              options.sequence.path.string());
@@ -93,7 +99,7 @@ void check_views(const std::vector<std::string>& wanted, const std::vector<std::
 void prepare_folders(OutputFolders& folders, const UpscaleOptions& options, const FrameOutput& output,
                      Size output_size) {
     const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
-    folders.require(output.folder, largest_frame);
+    folders.require(output.writer ? folder_of(output.video) : output.folder, largest_frame);
     for (const std::string& view : output.views) folders.require(output.view_folder(view));
     const std::array figures{options.report, options.trace};
     for (const std::filesystem::path& file : figures)
@@ -126,7 +132,9 @@ void upscale(const UpscaleOptions& options) {
     const io::Sequence sequence = options.sequence.read(found.scale());
     const auto [model, output_size] = choose_model(std::move(found), options.wish, sequence, sequence.is_dynamic(),
                                                    "the sequence " + options.sequence.path.string());
-    const Format format = output_format(options, sequence.color_space);
+    const OutputTarget target = output_target(options.output, false);
+    check_crf(options.crf, target);
+    const Format format = output_format(options, target, sequence.color_space);
     const Device device = Device::open(options.device);
     UpscalerOptions settings = options_for(options.settings, sequence, sequence.is_dynamic(), output_size);
     settings.placement = placement_rules(options.placement);
@@ -146,7 +154,9 @@ void upscale(const UpscaleOptions& options) {
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     const Size made = scaled(sequence.render_size, model.scale());
-    const FrameOutput output{options.output,
+    std::optional<VideoOutput> video;
+    if (target.is_video()) video.emplace(target);
+    const FrameOutput output{target.folder,
                              format == Format::exr ? ".exr" : ".png",
                              sequence.color_space,
                              options.views,
@@ -154,7 +164,9 @@ void upscale(const UpscaleOptions& options) {
                              upscaler.output_size() == sequence.output_size(),
                              interpolator.has_value(),
                              options.png_compression,
-                             settings.fallback};
+                             settings.fallback,
+                             target.video,
+                             video ? &*video : nullptr};
     for (const io::FrameFiles& frame : sequence.frames) {
         upscaler.output_size(sequence.render_size_of(frame));
         if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
@@ -176,7 +188,7 @@ void upscale(const UpscaleOptions& options) {
     const double prepare_seconds = seconds_since(start);
     if (options.explain_placement) print_placement(upscaler, device);
 
-    Trace trace;
+    Trace trace(!options.trace.empty());
     const auto frames_start = std::chrono::steady_clock::now();
     std::vector<FrameResult> frames;
     {
@@ -189,9 +201,25 @@ void upscale(const UpscaleOptions& options) {
             frames.push_back(std::move(frame));
             progress.update(frames.size(), sequence.frames.size());
         };
-        upscale_frames(
-            source, [&](SourceFrame&) { return only; }, interpolator ? &*interpolator : nullptr, output, under_way,
-            trace, finished);
+        std::optional<Interrupt> interrupt;  // which would leave pictures whole, but no video
+        if (video) {
+            interrupt.emplace();
+            video->open({.size = upscaler.output_size(),
+                         .frame_rate = sequence.frame_rate * (interpolator ? 2 : 1),
+                         .crf = options.crf});
+        }
+        try {
+            upscale_frames(
+                source, [&](SourceFrame&) { return only; }, interpolator ? &*interpolator : nullptr, output, under_way,
+                trace, finished);
+        } catch (const std::exception&) {
+            if (video) video->keep();
+            throw;
+        }
+        if (video) video->finish();
+        if (interrupt && Interrupt::came() && frames.size() < sequence.frames.size())
+            fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(), frames.size(),
+                 sequence.frames.size());
     }
 
     std::vector<StageProfile> stages = upscaler.take_profile();
@@ -233,8 +261,12 @@ void add_upscale_command(CLI::App& app) {
     command.add_option("SEQUENCE", options->sequence.path, "The sequence's folder or JSON")->required();
     command.add_option("--model", options->wish.model, "A shipped model's or filter's name (clarus models), or a file")
         ->required();
-    command.add_option("-o,--output", options->output, "Folder for the images; those of the same name are replaced")
-        ->type_name("DIR");
+    command
+        .add_option("-o,--output", options->output,
+                    "Folder for the images; those of the same name are replaced. Or a video, .mp4, .mkv (H.264) or "
+                    ".webm (VP9)")
+        ->type_name("DIR|FILE");
+    add_video_options(command, options->crf);
     command
         .add_option("--device", options->device,
                     "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units; with "
@@ -321,6 +353,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --device gpu --profile --report report.json\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --output-size 2560x1440\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled.mp4 --crf 14\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"cpu/1, cpu/1=dsp\" "

@@ -32,8 +32,12 @@ std::string read_file(const std::filesystem::path& path, uintmax_t largest) {
     return bytes;
 }
 
+std::filesystem::path partial_name(const std::filesystem::path& path) {
+    return path.parent_path() / fmt::format(".{}.partial", path.filename().string());
+}
+
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    const std::filesystem::path temporary = path.parent_path() / fmt::format(".{}.partial", path.filename().string());
+    const std::filesystem::path temporary = partial_name(path);
     const auto give_up = [&](int cause) {
         std::error_code ignored;
         std::filesystem::remove(temporary, ignored);

@@ -1,13 +1,7 @@
 #include "metrics/python_metric.h"
 
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <array>
 #include <charconv>
-#include <string_view>
 
 #include "base/error.h"
 #include "metrics/display.h"
@@ -65,56 +59,29 @@ def measure(image, reference):
                                   "fetched: put that file into torch.hub's folder"};
 
 PythonMetric::PythonMetric(const PythonPackage& package) : package_(package) {
-    std::array<int, 2> ends;
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-        fail(ErrorKind::file, "cannot talk to python3: no socket");
-    socket_ = ends[0];
-    posix_spawn_file_actions_t streams;
-    posix_spawn_file_actions_init(&streams);
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO}) posix_spawn_file_actions_adddup2(&streams, ends[1], stream);
-    const std::array<const char*, 5> arguments{"python3", "-c", script, package.prepare, nullptr};
-    const int error =
-        posix_spawnp(&python_, "python3", &streams, nullptr, const_cast<char* const*>(arguments.data()), environ);
-    posix_spawn_file_actions_destroy(&streams);
-    close(ends[1]);
-    const std::string answer = error == 0 ? receive_line() : "there is no python3";
+    std::string answer;
+    try {
+        python_.emplace(script, std::array<std::string, 1>{package.prepare});
+        answer = python_->receive_line();
+    } catch (const Error& error) {
+        answer = error.what();
+    }
     if (answer == "ready") return;
-    close(socket_);
-    if (error == 0) waitpid(python_, nullptr, 0);
     fail(ErrorKind::invalid_argument, "{} needs {} ({})", package.metric, package.how_to_get,
          answer.empty() ? "python3 ended" : answer);
-}
-
-PythonMetric::~PythonMetric() {
-    close(socket_);
-    waitpid(python_, nullptr, 0);
 }
 
 double PythonMetric::measure(const io::Pixels& image, const io::Pixels& reference) {
     require_comparable(image, reference);
     const std::array<int32_t, 2> size{image.size.width, image.size.height};
-    send(size.data(), sizeof size);
+    python_->send(size.data(), sizeof size);
     for (const io::Pixels* pixels : {&image, &reference})
-        send(pixels->values.data(), pixels->values.size() * sizeof(float));
-    const std::string line = receive_line();
+        python_->send(pixels->values.data(), pixels->values.size() * sizeof(float));
+    const std::string line = python_->receive_line();  // empty where it has ended
     double value = 0;
     if (std::from_chars(line.data(), line.data() + line.size(), value).ec != std::errc{})
         fail(ErrorKind::file, "python3 ended without a figure for {}; what it says is above", package_.metric);
     return value;
-}
-
-void PythonMetric::send(const void* data, size_t bytes) {
-    for (std::string_view rest(static_cast<const char*>(data), bytes); !rest.empty();) {
-        const ssize_t sent = ::send(socket_, rest.data(), rest.size(), MSG_NOSIGNAL);
-        if (sent < 0) return;  // It has ended: there will be no answer.
-        rest.remove_prefix(static_cast<size_t>(sent));
-    }
-}
-
-std::string PythonMetric::receive_line() {
-    std::string line;
-    for (char character; recv(socket_, &character, 1, 0) == 1 && character != '\n';) line += character;
-    return line;
 }
 
 }  // namespace clarus::metrics

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <sys/types.h>
+#include <optional>
 
-#include <string>
-
+#include "base/python_process.h"
 #include "io/image.h"
 
 namespace clarus::metrics {
@@ -28,20 +27,13 @@ class PythonMetric {
   public:
     /// Errors: invalid_argument where there is no python3, or that has not what the package needs.
     explicit PythonMetric(const PythonPackage& package);
-    ~PythonMetric();
-    PythonMetric(const PythonMetric&) = delete;
-    PythonMetric& operator=(const PythonMetric&) = delete;
 
     /// Of display values. Errors: as mean_squared_error; file where python3 ends.
     double measure(const io::Pixels& image, const io::Pixels& reference);
 
   private:
-    void send(const void* data, size_t bytes);
-    std::string receive_line();
-
     const PythonPackage& package_;
-    int socket_ = -1;
-    pid_t python_ = -1;
+    std::optional<PythonProcess> python_;  // always, but while it is made
 };
 
 }  // namespace clarus::metrics

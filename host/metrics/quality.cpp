@@ -99,6 +99,7 @@ SequenceQuality summarise(std::span<const FrameQuality> frames) {
     quality.if_ssim = mean_of(&FrameQuality::if_ssim, 1);
     quality.flip = mean_of(&FrameQuality::flip, frames.size());
     quality.lpips = mean_of(&FrameQuality::lpips, frames.size());
+    quality.vmaf = mean_of(&FrameQuality::vmaf, frames.size());
     quality.srred = mean_of(&FrameQuality::srred, 1);
     quality.trred = mean_of(&FrameQuality::trred, 1);
     if (quality.srred && quality.trred) quality.strred = *quality.srred * *quality.trred;

@@ -23,6 +23,7 @@ struct FrameQuality {
     std::optional<double> if_ssim;  // with the frame before; none on a first frame, or without ground truth
     std::optional<double> flip;     // only where asked for
     std::optional<double> lpips;    // likewise
+    std::optional<double> vmaf;     // likewise
     std::optional<double> srred;    // STRRED's spatial part; none for small images
     std::optional<double> trred;    // its temporal part, besides none without a frame before
     BlockErrors blocks;
@@ -43,7 +44,7 @@ struct SequenceQuality {
     double psnr = 0;                            // mean of the frames'
     double pooled_psnr = 0;                     // of the mean squared error over all frames
     std::optional<double> ssim, if_ssim, flip;  // means: of SSIM and FLIP only where every frame has one
-    std::optional<double> lpips;                // as FLIP
+    std::optional<double> lpips, vmaf;          // as FLIP
     std::optional<double> srred, trred;         // means over the frames that have one
     std::optional<double> strred;               // their product
     std::optional<double> pixel_std;            // 8-bit levels; left to who sees the images

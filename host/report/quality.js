@@ -7,6 +7,7 @@ const timeFigures = [
   {key: 'flip', heading: 'FLIP', unit: '', decimals: 4, most: false},
   {key: 'disoccluded_4_psnr', heading: 'Disoccluded 4', unit: ' dB', decimals: 2, most: true},
   {key: 'worst_blocks_psnr', heading: 'Worst 1 %', unit: ' dB', decimals: 2, most: true},
+  {key: 'vmaf', heading: 'VMAF', unit: '', decimals: 2, most: true},
   {key: 'lpips', heading: 'LPIPS', unit: '', decimals: 4, most: false},
   {key: 'pq_psnr', heading: 'PQ PSNR', unit: ' dB', decimals: 2, most: true},
 ];

@@ -1,7 +1,13 @@
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "io/file.h"
 #include "io/frames.h"
 #include "io/sequence.h"
 #include "share_programs.h"
@@ -56,6 +62,88 @@ TEST_CASE("what is served is the same bytes as what is upscaled from files") {
             CHECK(place.runtime.is_empty());
         }
     }
+}
+
+TEST_CASE("a video of what is served is the same bytes as one of what is upscaled, and its size stays") {
+    if (!CLARUS_VIDEO) {
+        MESSAGE("built without videos: not tried");
+        return;
+    }
+    const Workplace place(5);
+    place.upscale(network, "upscaled.mp4", {"--crf", "10"});
+    auto server = place.serve(network, "served.mp4", {"--crf", "10"});
+    CHECK(place.play()->result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(place.bytes("upscaled.mp4") == place.bytes("served.mp4"));
+
+    server = place.serve("bilinear", "other.mkv");
+    const auto player = place.play({"--loop", "--frame-rate", "30"});
+    REQUIRE(comes_true([&] { return state()["frames"] > 2; }));
+    const Outcome refused = control({"game", "output-size=40x40"});
+    CHECK_MESSAGE(contains(refused.errors, "a video of 48x32 is being written"), refused.errors);
+    CHECK(control({"game", "model=nearest"}).code == 0);
+    CHECK_FALSE(fs::exists(place / "other.mkv"));
+    server->interrupt();
+    CHECK(server->result() == 0);
+    CHECK(fs::exists(place / "other.mkv"));
+    player->interrupt();
+    CHECK(player->result() == 0);
+}
+
+TEST_CASE("a stream is handed to python3, a part a frame, and what it says is told") {
+    if (!CLARUS_VIDEO) {
+        MESSAGE("built without videos: not tried");
+        return;
+    }
+    const Workplace place(5);
+    const auto serve = [&](const std::string& stand_in) {
+        fs::create_directories(place / "bin");
+        std::ofstream(place / "bin/python3") << "#!/bin/sh\n" << stand_in << "\n";
+        fs::permissions(place / "bin/python3", fs::perms::owner_all);
+        return std::make_unique<Program>(
+            "/bin/sh",
+            std::vector<std::string>{"-c", "PATH='" + (place / "bin").string() +
+                                               "':$PATH exec '" CLARUS_TOOL "' serve game --model bilinear --device '" +
+                                               test_selector() + "' --trace '" + (place / "trace.json").string() +
+                                               "' --output moq:https://127.0.0.1:4443/live"});
+    };
+    auto server = serve("echo no relay");
+    CHECK(server->result() == 1);
+    CHECK(contains(server->errors(), "cannot publish moq:https://127.0.0.1:4443/live: no relay"));
+    server = serve("exit 1");
+    CHECK(server->result() == 1);
+    CHECK(contains(server->errors(), "python3 ended"));
+
+    server = serve("echo ready; echo \"$3\" >'" + (place / "url").string() + "'; exec cat >'" +
+                   (place / "parts").string() + "'");
+    CHECK(place.play({"--trace", place / "played.json"})->result() == 0);
+    CHECK(server->result() == 0);
+    CHECK(place.bytes("url") == "https://127.0.0.1:4443/live\n");
+    const std::string parts = place.bytes("parts");
+    std::vector<uint32_t> keys;
+    for (size_t at = 0; at < parts.size();) {
+        std::array<uint32_t, 2> header;  // length, key
+        std::memcpy(header.data(), &parts[at], sizeof header);
+        REQUIRE(at + sizeof header + header[0] <= parts.size());
+        CHECK(parts.substr(at + sizeof header + 4, 4) == (at == 0 ? "ftyp" : "prft"));
+        keys.push_back(header[1]);
+        at += sizeof header + header[0];
+    }
+    CHECK(keys == std::vector<uint32_t>{0, 1, 0, 0, 0, 0});
+    std::map<std::string, int> spans;
+    for (const char* file : {"trace.json", "played.json"}) {
+        const json trace = json::parse(place.bytes(file));
+        for (const json& event : trace["traceEvents"]) ++spans[event["name"]];
+        CHECK(trace["otherData"]["began"] > 1e15);  // microseconds since 1970
+    }
+    for (const char* span : {"render", "copy into the slot", "wait for device", "encode"}) CHECK(spans[span] == 5);
+
+    server = serve("echo ready; exec head -c 3000 >/dev/null");
+    const auto player = place.play({"--loop"});
+    CHECK(server->result() == 1);
+    CHECK(contains(server->errors(), "the stream moq:https://127.0.0.1:4443/live has ended"));
+    player->interrupt();
+    CHECK(player->result() == 0);
 }
 
 TEST_CASE("linear HDR, a resolution that changes, and a part of a sequence are served as they are upscaled") {

@@ -1,0 +1,65 @@
+#include "cli/video_output.h"
+
+#include <system_error>
+
+#include "base/error.h"
+
+namespace clarus::cli {
+
+OutputTarget output_target(const std::string& text, bool streams) {
+    constexpr std::string_view scheme = "moq:";
+    OutputTarget target;
+    std::error_code unreadable;
+    if (streams && text.starts_with(scheme))
+        target.stream = text.substr(scheme.size());
+    else if (io::is_video(text) && !std::filesystem::is_directory(text, unreadable))
+        target.video = text;
+    else
+        target.folder = text;
+    if (target.is_video()) io::require_videos();
+    return target;
+}
+
+void add_video_options(CLI::App& command, std::optional<int>& crf) {
+    command
+        .add_option("--crf", crf,
+                    "Of a video: its quality, from 0, the best, to 51 (WebM: 63). 18 where not given, of WebM 24, of "
+                    "streams 23")
+        ->type_name("N");
+}
+
+void check_crf(const std::optional<int>& crf, const OutputTarget& target) {
+    if (!crf) return;
+    if (!target.is_video())
+        fail(ErrorKind::invalid_argument, "--crf is of videos: name a file .mp4, .mkv or .webm as --output");
+    const int largest = io::largest_crf(target.video);
+    if (*crf < 0 || *crf > largest) fail(ErrorKind::invalid_argument, "--crf {} is not from 0 to {}", *crf, largest);
+}
+
+VideoOutput::VideoOutput(const OutputTarget& target) : path_(target.video) {
+    if (!target.stream.empty()) publisher_.emplace(target.stream);
+}
+
+void VideoOutput::write(const io::Pixels& pixels, double seconds, WallTime made) {
+    if (!writer_)
+        writer_ = publisher_ ? io::stream_video(settings_, [this](std::span<const std::byte> bytes,
+                                                                  bool is_key) { publisher_->publish(bytes, is_key); })
+                             : io::write_video(path_, settings_);
+    writer_->write(pixels, seconds, made);
+    ++pictures_;
+}
+
+void VideoOutput::finish() {
+    if (writer_) writer_->finish();
+    writer_.reset();
+}
+
+void VideoOutput::keep() noexcept {
+    try {
+        finish();
+    } catch (const std::exception&) {  // The one that ended it tells more.
+        writer_.reset();
+    }
+}
+
+}  // namespace clarus::cli

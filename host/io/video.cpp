@@ -1,0 +1,40 @@
+#include "io/video.h"
+
+#include <utility>
+
+#include "base/error.h"
+#include "base/module.h"
+#include "io/video_module.h"
+
+namespace clarus::io {
+namespace {
+
+const VideoModule& video_module() {
+    if (!CLARUS_VIDEO)
+        fail(ErrorKind::invalid_argument,
+             "this clarus was built without videos: install libavformat-dev, libavcodec-dev and libswscale-dev, and "
+             "build it again, with CLARUS_VIDEO");
+    static const VideoModule& module = module_function<const VideoModule&()>("clarus_video", "clarus_video")();
+    return module;
+}
+
+}  // namespace
+
+bool is_video(const std::filesystem::path& path) {
+    const std::filesystem::path extension = path.extension();
+    return extension == ".mp4" || extension == ".mkv" || extension == ".webm";
+}
+
+void require_videos() { video_module(); }
+
+int largest_crf(const std::filesystem::path& path) { return path.extension() == ".webm" ? 63 : 51; }
+
+std::unique_ptr<VideoWriter> write_video(const std::filesystem::path& path, const VideoSettings& settings) {
+    return video_module().write(path, settings);
+}
+
+std::unique_ptr<VideoWriter> stream_video(const VideoSettings& settings, TakeFragment take) {
+    return video_module().stream(settings, std::move(take));
+}
+
+}  // namespace clarus::io
