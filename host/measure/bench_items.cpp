@@ -32,14 +32,14 @@ std::vector<Device> open_devices(std::vector<std::string> selectors) {
     return devices;
 }
 
-/// One of each: "enss-s-x2" stands for "enss-s-x3" as well.
+/// One of each: "enss-s-x2" stands for "enss-s-x3" as well, and "mnss-x2-int8" for "mnss-x3-int8".
 std::vector<Model> smallest_scales(const std::vector<Model>& models) {
     std::vector<Model> result;
     std::map<std::string, size_t> places;
     for (const Model& model : models) {
         std::string family = model.name();
-        if (const std::string suffix = fmt::format("-x{:g}", model.scale()); family.ends_with(suffix))
-            family.resize(family.size() - suffix.size());
+        const std::string scale = fmt::format("-x{:g}", model.scale());
+        if (const size_t at = (family + "-").find(scale + "-"); at != std::string::npos) family.erase(at, scale.size());
         const auto [known, is_new] = places.emplace(family, result.size());
         if (is_new)
             result.push_back(model);

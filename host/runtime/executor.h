@@ -24,6 +24,7 @@ struct FrameResult {
     cl::Event done;
     cl_uint invalid_motion_vectors = 0;
     std::vector<std::shared_ptr<const FrameResult>> parts;  // where several plans work on a frame
+    int presenting = 0;                                     // the part that ends the frame
     std::string device;                                     // of a part, as errors name it
 };
 

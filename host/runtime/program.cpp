@@ -33,7 +33,7 @@ std::optional<int> failed_part(const FrameResult& frame) {
     return ocl::checked("ask how a frame ended", [&]() -> std::optional<int> {
         for (size_t part = 0; part < frame.parts.size(); ++part)
             if (status(frame.parts[part]->done) < 0) return static_cast<int>(part);
-        if (frame.parts.empty() && frame.done() && status(frame.done) < 0) return 0;
+        if (frame.done() && status(frame.done) < 0) return frame.presenting;
         return std::nullopt;
     });
 }
@@ -205,6 +205,7 @@ void Program::enqueue_frame(const FrameDescription& frame, const FrameConstants&
     std::vector<Transfer::Ends>& ends = ends_[frames_ % ends_.size()];
     ends.assign(commands_.size(), {});
     result.parts.clear();
+    result.presenting = presenting_;
     for (const Handover& handover : handovers_)
         if (handover.transfer) handover.transfer->profiler().begin_frame();
     for (size_t index = 0; index < commands_.size(); ++index) {

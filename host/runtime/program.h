@@ -21,7 +21,7 @@ struct PartPlan {
     std::string device;  // as errors name it; empty where there is no other
 };
 
-/// The part of a frame that failed first, or 0 where the frame has no parts; none where it did not fail.
+/// The part of a frame that failed first, 0 where the frame has no parts; none where it did not fail.
 std::optional<int> failed_part(const FrameResult& frame);
 
 /// The commands of a frame, on one device or several: parts of the network that run, and transfers between devices that

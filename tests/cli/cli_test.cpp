@@ -1204,7 +1204,7 @@ TEST_CASE("a report or a trace replaces nothing that the run reads or writes") {
     REQUIRE(
         place.upscale("bicubic", {"--report", both, "--trace", (place.output() / "trace.json").string()}).exit_code ==
         0);
-    CHECK(json::parse(io::read_file(both)).contains("device"));
+    CHECK(json::parse(io::read_file(both)).contains("devices"));
     CHECK(json::parse(io::read_file(place.output() / "trace.json")).contains("traceEvents"));
 }
 
