@@ -21,8 +21,8 @@
 #include "cli/serving.h"
 #include "cli/shared_source.h"
 #include "cli/trace.h"
-#include "link/link.h"
 #include "cli/video_output.h"
+#include "link/link.h"
 
 namespace clarus::cli {
 namespace {
