@@ -122,6 +122,17 @@ Lowered lower_plain(const Problem& problem, const Choices& choices) {
     return lowered;
 }
 
+/// Of a kernel whose work-items make choices' ROWS rows of `width` pixels.
+Lowered lower_strips(const Problem& problem, const Choices& choices, std::string file, int width) {
+    const int rows = choices.at("ROWS");
+    Lowered lowered = lower(problem, choices, std::move(file),
+                            {static_cast<size_t>(ceil_divide(problem.output.height, rows)),
+                             static_cast<size_t>(ceil_divide(problem.output.width, width))});
+    lowered.call.row_axis = 0;
+    lowered.call.rows_an_item = rows;
+    return lowered;
+}
+
 // --- tiled: staged in local memory by many work-items
 
 std::vector<std::int32_t> pack_tiled(const Convolution& convolution, const Parameters& parameters, const Choices&,
@@ -208,11 +219,7 @@ int prefer_streamed(const Problem& problem, const DeviceProfile& profile) {
 }
 
 Lowered lower_streamed(const Problem& problem, const Choices& choices) {
-    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
-                                       static_cast<size_t>(ceil_divide(problem.output.width, choices.at("WIDTH")))};
-    Lowered lowered = lower(problem, choices, "convolution_int8_streamed", global);
-    lowered.call.row_axis = 0;
-    lowered.call.rows_an_item = choices.at("ROWS");
+    Lowered lowered = lower_strips(problem, choices, "convolution_int8_streamed", choices.at("WIDTH"));
     lowered.packing = packing(problem, choices, pack_streamed);
     return lowered;
 }
@@ -337,12 +344,8 @@ int prefer_exact(const Problem& problem, const DeviceProfile& profile) {
 }
 
 Lowered lower_tiles(const Problem& problem, const Choices& choices) {
-    const std::array<size_t, 2> global{static_cast<size_t>(ceil_divide(problem.output.height, choices.at("ROWS"))),
-                                       static_cast<size_t>(ceil_divide(problem.output.width, choices.at("PIXELS")))};
-    Lowered lowered = lower(problem, choices, "convolution_int8", global);
+    Lowered lowered = lower_strips(problem, choices, "convolution_int8", choices.at("PIXELS"));
     lowered.call.options += fmt::format(" -DQUADS={}", Tiles(*problem.parameters, choices).quads);
-    lowered.call.row_axis = 0;
-    lowered.call.rows_an_item = choices.at("ROWS");
     lowered.packing = packing(problem, choices, pack_tiles);
     return lowered;
 }
