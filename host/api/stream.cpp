@@ -280,9 +280,7 @@ FrameEvent Stream::submit(const FrameDescription& frame) {
     std::optional<SizedGraph> other;
     if (render != sizes_.render) other = built(render);
     check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()}, context_of_images());
-    if (program_ && options_.fallback)
-        if (const std::optional<int> part = program_->failed_part())
-            leave_failed_device(name_of(parts_[*part].device) + " failed");
+    leave_failed_device();
     prepare();
     bool without_history = frame.reset || reset_;
     reset_ = true;  // where submit fails
@@ -311,7 +309,8 @@ bool Stream::leave_failed_device(std::string_view why) {
     if (next == lost.end()) return false;
     lost_ = std::move(lost);
     const auto heir = static_cast<int>(next - lost_.begin());
-    log(LogLevel::warning, "{}. Its stages go on on {}, without history", why, name_of(heir));
+    log(LogLevel::warning, "{}. Its stages go on on {}, without history",
+        why.empty() ? name_of(device) + " failed" : std::string(why), name_of(heir));
     std::vector<int> places = places_;
     std::replace(places.begin(), places.end(), device, heir);
     program_.reset();

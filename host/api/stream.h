@@ -81,8 +81,9 @@ class Stream {
     void part_out(const graph::Graph& fused, const std::vector<int>& places);
     /// Measures every stage on every device and cuts where that makes most frames a second.
     void place_by_measuring(const std::function<void(double)>& progress);
-    /// Goes on without the device that failed; false where none did, or there is no other.
-    bool leave_failed_device(std::string_view why);
+    /// With a fallback, goes on without the device that failed, `why` where that is known; false where none did, or
+    /// there is no other.
+    bool leave_failed_device(std::string_view why = {});
     void plan_part(Part& part, const Select& select) const;
     void take_memory_requirements();
 
