@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <random>
 #include <vector>
@@ -23,6 +24,11 @@ struct Planes {
         return (static_cast<size_t>(channel) * shape.height + y) * shape.width + x;
     }
 };
+
+/// Outside the image, its nearest pixel.
+inline float clamped(const Planes& image, int channel, int x, int y) {
+    return image.at(channel, std::clamp(x, 0, image.shape.width - 1), std::clamp(y, 0, image.shape.height - 1));
+}
 
 Planes planes(graph::Shape shape, const std::function<float(int channel, int x, int y)>& value);
 Planes random_planes(graph::Shape shape, std::mt19937& random, float low = 0, float high = 1);

@@ -17,10 +17,6 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-float clamped(const Planes& image, int c, int x, int y) {
-    return image.at(c, std::clamp(x, 0, image.shape.width - 1), std::clamp(y, 0, image.shape.height - 1));
-}
-
 double bilinear(const Planes& image, int c, double u, double v) {
     const double left = std::floor(u), top = std::floor(v), right = u - left, below = v - top;
     const int x = static_cast<int>(left), y = static_cast<int>(top);

@@ -16,10 +16,6 @@ using runtime::Storage;
 
 namespace {
 
-float clamped(const Planes& image, int c, int x, int y) {
-    return image.at(c, std::clamp(x, 0, image.shape.width - 1), std::clamp(y, 0, image.shape.height - 1));
-}
-
 /// A pixel's place between the texels around it.
 struct Place {
     int column, row;

@@ -23,10 +23,6 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-float clamped(const Planes& image, int c, int x, int y) {
-    return image.at(c, std::clamp(x, 0, image.shape.width - 1), std::clamp(y, 0, image.shape.height - 1));
-}
-
 Color ycocg(const Color& c) { return {(c[0] + 2 * c[1] + c[2]) / 4, (c[0] - c[2]) / 2, (2 * c[1] - c[0] - c[2]) / 4}; }
 
 Color color_at(const Planes& image, int x, int y) {
