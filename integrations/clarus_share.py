@@ -10,7 +10,7 @@ TREE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 KINDS = 10
 COLOR, DEPTH, MOTION = range(3)
 OK, TIMED_OUT, ENDED, GONE = 0, 6, 8, 9
-TYPES = [np.uint8, np.float16, np.float32]
+TYPES = [np.uint8, np.float16, np.float32, np.uint16]
 
 
 class Format(Structure):

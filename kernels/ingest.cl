@@ -3,12 +3,28 @@
 //
 // Options: WIDTH, HEIGHT (of the largest; depth and motion may be smaller than colour); the layouts COLOR_*, DEPTH_*,
 // MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_* of what the pipeline uses, each but motion with a …_STORAGE (half or
-// float); for each resource T of them the caller's format, RAW_T (uchar, half or float) and RAW_T_COMPONENTS;
+// float); for each resource T of them the caller's format, RAW_T (ElementType's name) and RAW_T_COMPONENTS;
 // LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is (bytes to its first pixel, bytes from row to
 // row).
 
+// Component c of pixel x in a row of pixels of n components.
+#define PIXEL_u8(row, x, c, n) READ_uchar((global const uchar*)(row), (x) * (n) + (c))
+#define PIXEL_f16(row, x, c, n) READ_half((global const half*)(row), (x) * (n) + (c))
+#define PIXEL_f32(row, x, c, n) READ_float((global const float*)(row), (x) * (n) + (c))
+#define PIXEL_u16(row, x, c, n) (((global const ushort*)(row))[(x) * (n) + (c)] / 65535.0f)
+#define PIXEL_rgb10a2(row, x, c, n) \
+    ((((global const uint*)(row))[x] >> (10 * (c)) & ((c) == 3 ? 3 : 1023)) / ((c) == 3 ? 3.0f : 1023.0f))
+#define PIXEL_r11g11b10f(row, x, c, n) small_float(((global const uint*)(row))[x], (c))
+#define PIXEL_d24(row, x, c, n) ((((global const uint*)(row))[x] & 0xffffff) / 16777215.0f)
+
+// Component c of 11, 11 and 10 bits: 5 of exponent as a half has, its sign and last bits of mantissa left out.
+inline float small_float(uint pixel, int c) {
+    const ushort bits = c == 0 ? pixel << 4 & 0x7ff0 : c == 1 ? pixel >> 7 & 0x7ff0 : pixel >> 17 & 0x7fe0;
+    return vload_half(0, (const half*)&bits);
+}
+
 // Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
-#define READ(T, row, c) JOIN(READ_, RAW_##T)((row), x * RAW_##T##_COMPONENTS + (c))
+#define READ(T, row, c) JOIN(PIXEL_, RAW_##T)((row), x, (c), RAW_##T##_COMPONENTS)
 #define WRITE(T, v, p, c) JOIN(WRITE_, T##_STORAGE)((v), (p), AT(T, x, y, c))
 
 #ifdef LINEAR_COLOR
@@ -102,8 +118,7 @@ inline float canonical_depth(float raw, Frame frame) {
 // `pixels` of a row, 1 … 4, from (x0, y) on. Colours of four fill a vector.
 INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_PARAMETERS) {
 #ifdef COLOR_WIDTH
-    global const RAW_COLOR* color_row =
-        (global const RAW_COLOR*)(raw_color + color_place.x + (size_t)y * color_place.y);
+    global const uchar* color_row = raw_color + color_place.x + (size_t)y * color_place.y;
     float colors[16];
 #pragma unroll
     for (int i = 0; i < 16; ++i) {
@@ -115,12 +130,10 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #endif
 #endif
 #ifdef DEPTH_WIDTH
-    global const RAW_DEPTH* depth_row =
-        (global const RAW_DEPTH*)(raw_depth + depth_place.x + (size_t)y * depth_place.y);
+    global const uchar* depth_row = raw_depth + depth_place.x + (size_t)y * depth_place.y;
 #endif
 #ifdef MOTION_WIDTH
-    global const RAW_MOTION* motion_row =
-        (global const RAW_MOTION*)(raw_motion + motion_place.x + (size_t)y * motion_place.y);
+    global const uchar* motion_row = raw_motion + motion_place.x + (size_t)y * motion_place.y;
     const float longest_squared = (float)MOTION_WIDTH * MOTION_WIDTH + (float)MOTION_HEIGHT * MOTION_HEIGHT;
 #endif
 

@@ -17,7 +17,13 @@ void check_format(std::string_view name, const ImageFormat& format, int least, i
     if (format.channels < least || format.channels > most)
         fail(ErrorKind::invalid_argument, "options.{}: {} channels; from {} to {} are possible", name, format.channels,
              least, most);
+    const int packed = packed_channels(format.type);
+    if (packed && format.channels != packed)
+        fail(ErrorKind::invalid_argument, "options.{}: {} channels; a pixel that is packed so has {}", name,
+             format.channels, packed);
 }
+
+bool is_real(ElementType type) { return type == ElementType::f16 || type == ElementType::f32; }
 
 void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context) {
     if (!context)
@@ -50,7 +56,7 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
              image.origin.y);
     if (image.origin != Position{} && image.row_pitch == 0)
         fail(ErrorKind::invalid_argument, "frame.{}: an origin wants the row_pitch of the image that it is in", name);
-    const size_t before = static_cast<size_t>(image.origin.x) * element * format.channels;
+    const size_t before = static_cast<size_t>(image.origin.x) * pixel_bytes(format);
     if (image.row_pitch != 0 && image.row_pitch < before + tight)
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is less than a row's {} bytes", name, image.row_pitch,
              before + tight);
@@ -80,8 +86,10 @@ void check_options(const runtime::PlanOptions& options, const graph::Graph& grap
     check_format("depth_format", options.depth_format, 1, kMostChannels);
     check_format("motion_format", options.motion_format, 2, kMostChannels);
     check_format("output_format", options.output_format, 3, 4);
-    if (options.motion_format.type == ElementType::u8)
+    if (!is_real(options.motion_format.type))
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
+    if (!is_real(options.output_format.type) && options.output_format.type != ElementType::u8)
+        fail(ErrorKind::invalid_argument, "options.output_format: output is u8, f16 or f32");
     if (options.output_format.type == ElementType::u8 && options.color_space == ColorSpace::linear)
         fail(ErrorKind::invalid_argument, "options.output_format: linear HDR output is f16 or f32");
     if (options.band_rows < 0)

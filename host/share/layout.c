@@ -38,10 +38,21 @@ clarus_share_description clarus_share_default_description(void) {
     return description;
 }
 
-static size_t element_bytes(clarus_element_type type) { return type == CLARUS_U8 ? 1 : type == CLARUS_F16 ? 2 : 4; }
+/* Of each clarus_element_type; channels: of a packed one. */
+static const struct {
+    const char* name;
+    size_t bytes; /* of a component, or of a packed pixel */
+    int channels;
+} elements[] = {
+    [CLARUS_U8] = {"u8", 1, 0},   [CLARUS_F16] = {"f16", 2, 0},         [CLARUS_F32] = {"f32", 4, 0},
+    [CLARUS_U16] = {"u16", 2, 0}, [CLARUS_RGB10A2] = {"rgb10a2", 4, 4}, [CLARUS_R11G11B10F] = {"r11g11b10f", 4, 3},
+    [CLARUS_D24] = {"d24", 4, 1},
+};
+enum { ELEMENTS = sizeof elements / sizeof *elements };
 
 size_t share_tight_pitch(clarus_format format, int width) {
-    return element_bytes(format.type) * (size_t)format.channels * (size_t)width;
+    const size_t components = elements[format.type].channels ? 1 : (size_t)format.channels;
+    return elements[format.type].bytes * components * (size_t)width;
 }
 
 static size_t whole_pages(size_t bytes) { return (bytes + SHARE_PAGE_BYTES - 1) / SHARE_PAGE_BYTES * SHARE_PAGE_BYTES; }
@@ -52,12 +63,17 @@ static clarus_share_status check_resource(int kind, clarus_share_resource* resou
                                           const clarus_share_resource* color) {
     const char* name = kinds[kind].name;
     const int type = (int)resource->format.type;
-    if (type < CLARUS_U8 || type > CLARUS_F32 || (kinds[kind].is_real && type == CLARUS_U8))
-        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: element type %d; possible are %sf16 (%d) and f32 (%d)",
-                          name, type, kinds[kind].is_real ? "" : "u8 (0), ", CLARUS_F16, CLARUS_F32);
+    if (type < 0 || type >= ELEMENTS)
+        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: element type %d; they are from u8 (0) to d24 (%d)", name,
+                          type, ELEMENTS - 1);
+    if (kinds[kind].is_real && type != CLARUS_F16 && type != CLARUS_F32)
+        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: %s; possible are f16 and f32", name, elements[type].name);
     if (resource->format.channels < kinds[kind].channels || resource->format.channels > MOST_CHANNELS)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: %d channels; from %d to %d are possible", name,
                           resource->format.channels, kinds[kind].channels, MOST_CHANNELS);
+    if (elements[type].channels && resource->format.channels != elements[type].channels)
+        return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: %d channels; %s has %d", name, resource->format.channels,
+                          elements[type].name, elements[type].channels);
     if (resource->width < 1 || resource->height < 1 || resource->width > MOST_SIDE || resource->height > MOST_SIDE)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT, "%s: %dx%d pixels; each side is from 1 to %d", name,
                           resource->width, resource->height, MOST_SIDE);
@@ -66,7 +82,7 @@ static clarus_share_status check_resource(int kind, clarus_share_resource* resou
                           resource->width, resource->height, color->width, color->height);
     const size_t tight = share_tight_pitch(resource->format, resource->width);
     if (resource->row_pitch == 0) resource->row_pitch = tight;
-    if (resource->row_pitch < tight || resource->row_pitch % element_bytes(resource->format.type) != 0 ||
+    if (resource->row_pitch < tight || resource->row_pitch % elements[type].bytes != 0 ||
         resource->row_pitch > most_slot_bytes)
         return share_fail(CLARUS_SHARE_INVALID_ARGUMENT,
                           "%s: row pitch %zu; at least a row's %zu bytes, in whole elements, to 1 GiB", name,

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/image_format.h"
 #include "operator_harness.h"
 #include "runtime/inputs.h"
 #include "runtime/launch.h"
@@ -30,29 +31,72 @@ struct RawImage {
     Planes values;  // as the format has kept them
 };
 
+/// A value of 0 … 1 as so many bits from `first` on of a pixel; returns the value that they mean.
+template <typename Pixel>
+float store_normalised(unsigned char* place, float value, int first, int bits) {
+    const Pixel most = static_cast<Pixel>(~Pixel{0}) >> (8 * sizeof(Pixel) - bits);
+    const auto level = static_cast<Pixel>(std::llround(value > 0 ? std::min(value, 1.0f) * static_cast<double>(most) : 0.0));
+    Pixel pixel;
+    std::memcpy(&pixel, place, sizeof(pixel));
+    pixel = static_cast<Pixel>((pixel & ~(most << first)) | (level << first));
+    std::memcpy(place, &pixel, sizeof(pixel));
+    return static_cast<float>(static_cast<double>(level) / most);
+}
+
+/// A value that is not negative as a half without sign and last bits.
+float store_small_float(unsigned char* place, float value, int first, int bits) {
+    const half as_half = value < 0 ? 0.0f : value;
+    const int left_out = 15 - bits;
+    const uint32_t kept = static_cast<uint32_t>(as_half.bits() & 0x7fff) >> left_out, most = (1u << bits) - 1;
+    uint32_t pixel;
+    std::memcpy(&pixel, place, sizeof(pixel));
+    pixel = (pixel & ~(most << first)) | kept << first;
+    std::memcpy(place, &pixel, sizeof(pixel));
+    half result;
+    result.setBits(static_cast<uint16_t>(kept << left_out));
+    return result;
+}
+
+template <typename Value>
+float store_real(unsigned char* place, float value) {
+    const Value stored = value;
+    std::memcpy(place, &stored, sizeof(stored));
+    return stored;
+}
+
+/// Component c of the pixel at `place`; returns the value that the format has kept.
+float store(unsigned char* place, ImageFormat format, int c, float value) {
+    switch (format.type) {
+        case ElementType::u8:
+            return store_normalised<uint8_t>(place + c, value, 0, 8);
+        case ElementType::f16:
+            return store_real<half>(place + c * sizeof(half), value);
+        case ElementType::f32:
+            return store_real<float>(place + c * sizeof(float), value);
+        case ElementType::u16:
+            return store_normalised<uint16_t>(place + c * sizeof(uint16_t), value, 0, 16);
+        case ElementType::rgb10a2:
+            return store_normalised<uint32_t>(place, value, 10 * c, 10);
+        case ElementType::r11g11b10f:
+            return store_small_float(place, value, 11 * c, c == 2 ? 10 : 11);
+        case ElementType::d24:
+            return store_normalised<uint32_t>(place, value, 0, 24);
+    }
+    throw std::logic_error("unknown element type");
+}
+
 RawImage raw_image(const Planes& image, ImageFormat format, cl_uint skipped, cl_uint gap) {
-    const size_t size = format.type == ElementType::u8 ? 1 : format.type == ElementType::f16 ? 2 : 4;
+    const size_t size = pixel_bytes(format);
     RawImage raw;
     raw.values = image;
-    const cl_uint pitch = static_cast<cl_uint>(image.shape.width * format.channels * size) + gap;
+    const cl_uint pitch = static_cast<cl_uint>(image.shape.width * size) + gap;
     raw.place = {{skipped, pitch}};
     std::vector<unsigned char> bytes(skipped + static_cast<size_t>(pitch) * image.shape.height, 0xff);
     for (int c = 0; c < image.shape.channels; ++c) {
         for (int y = 0; y < image.shape.height; ++y) {
             for (int x = 0; x < image.shape.width; ++x) {
                 float& value = raw.values.at(c, x, y);
-                unsigned char* place =
-                    &bytes[skipped + static_cast<size_t>(y) * pitch + (x * format.channels + c) * size];
-                if (format.type == ElementType::u8) {
-                    *place = static_cast<unsigned char>(std::lround(value * 255));
-                    value = static_cast<float>(*place) / 255;
-                } else if (format.type == ElementType::f16) {
-                    const half as_half = value;
-                    std::memcpy(place, &as_half, size);
-                    value = as_half;
-                } else {
-                    std::memcpy(place, &value, size);
-                }
+                value = store(&bytes[skipped + static_cast<size_t>(y) * pitch + x * size], format, c, value);
             }
         }
     }
@@ -155,12 +199,9 @@ Planes some_depth(graph::Shape shape) {
 /// Colour, depth, both jitters and the scale as neighbours in wider cells, as ENSS has them; motion on its own.
 void check_frame(Size size, const StreamOptions& options, Storage storage, float exposure = 1) {
     const graph::Shape color_shape{3, size.height, size.width}, plane_shape{1, size.height, size.width};
-    const bool u8 = options.color_format.type == ElementType::u8;
     std::mt19937 random(6);
-    const RawImage color =
-        raw_image(u8 ? random_planes(color_shape, random)
-                     : some_color(color_shape, options.color_space == ColorSpace::linear ? 40.0f : 1.2f),
-                  options.color_format, 8, 12);
+    const RawImage color = raw_image(some_color(color_shape, options.color_space == ColorSpace::linear ? 40.0f : 1.2f),
+                                     options.color_format, 8, 12);
     const RawImage depth = raw_image(some_depth(plane_shape), options.depth_format, 4, 0);
     const RawImage motion =
         raw_image(random_planes({2, size.height, size.width}, random, -0.5f, 0.5f), options.motion_format, 0, 8);
@@ -199,6 +240,8 @@ TEST_CASE("ingest reads every format") {
         check_frame({37, 21}, formats(type, 4, ElementType::f32, 1, ElementType::f16, 4), Storage::f32);
     }
     check_frame({37, 21}, formats(ElementType::f32, 3, ElementType::f16, 2, ElementType::f32, 2), Storage::f16);
+    check_frame({37, 21}, formats(ElementType::u16, 3, ElementType::u16, 1, ElementType::f32, 2), Storage::f32);
+    check_frame({37, 21}, formats(ElementType::rgb10a2, 4, ElementType::d24, 1, ElementType::f32, 2), Storage::f32);
 }
 
 TEST_CASE("ingest tone-maps linear colour") {
@@ -207,6 +250,8 @@ TEST_CASE("ingest tone-maps linear colour") {
     check_frame({64, 9}, options, Storage::f32);
     check_frame({64, 9}, options, Storage::f32, 0.01f);
     check_frame({64, 9}, options, Storage::f32, 1e35f);
+    options.color_format = {ElementType::r11g11b10f, 3};
+    check_frame({37, 21}, options, Storage::f32);
 }
 
 TEST_CASE("ingest makes depth linear") {
@@ -277,5 +322,7 @@ TEST_SUITE("small") {
 
     TEST_CASE("ingest of one pixel") {
         check_frame({1, 1}, formats(ElementType::u8, 3, ElementType::f32, 1, ElementType::f32, 2), Storage::f32);
+        check_frame({1, 1}, formats(ElementType::r11g11b10f, 3, ElementType::d24, 1, ElementType::f32, 2),
+                    Storage::f32);
     }
 }

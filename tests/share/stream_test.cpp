@@ -56,7 +56,8 @@ std::vector<unsigned char> bytes_of(const clarus_share_image& image) {
 TEST_CASE("every resource comes across in every format and pitch") {
     const RuntimeFolder folder;
     std::mt19937 random(1);
-    for (const clarus_element_type type : {CLARUS_U8, CLARUS_F16, CLARUS_F32})
+    for (const clarus_element_type type :
+         {CLARUS_U8, CLARUS_F16, CLARUS_F32, CLARUS_U16, CLARUS_RGB10A2, CLARUS_R11G11B10F, CLARUS_D24})
         for (const int channels : {1, 2, 3, 4})
             for (const size_t gap : {0, 7}) {
                 CAPTURE(type);
@@ -437,7 +438,17 @@ TEST_CASE("a stream that cannot be is refused before memory is taken") {
     refused([](auto& d) { d = plain_description(-4, 4); }, "color: -4x4");
     refused([](auto& d) { d.resources[CLARUS_SHARE_COLOR] = {}; }, "color: 0 channels");
     refused([](auto& d) { d.resources[CLARUS_SHARE_COLOR].format.channels = 5; }, "from 3 to 4");
-    refused([](auto& d) { d.resources[CLARUS_SHARE_MOTION].format.type = CLARUS_U8; }, "motion: element type 0");
+    refused([](auto& d) { d.resources[CLARUS_SHARE_MOTION].format.type = CLARUS_U8; },
+            "motion: u8; possible are f16 and f32");
+    refused([](auto& d) { d.resources[CLARUS_SHARE_MOTION].format.type = CLARUS_RGB10A2; }, "motion: rgb10a2");
+    refused([](auto& d) { d.resources[CLARUS_SHARE_COLOR].format.type = static_cast<clarus_element_type>(7); },
+            "color: element type 7; they are from u8 (0) to d24 (6)");
+    refused(
+        [](auto& d) {
+            d.resources[CLARUS_SHARE_COLOR].format = {CLARUS_RGB10A2, 3};
+        },
+        "color: 3 channels; rgb10a2 has 4");
+    refused([](auto& d) { d.resources[CLARUS_SHARE_COLOR].format.type = CLARUS_D24; }, "d24 has 1");
     refused([](auto& d) { d.resources[CLARUS_SHARE_DEPTH].width = 63; }, "depth: 63x32 pixels where the colour has");
     refused([](auto& d) { d.resources[CLARUS_SHARE_DEPTH].row_pitch = 255; }, "row pitch 255");
     refused([](auto& d) { d.resources[CLARUS_SHARE_DEPTH].row_pitch = 258; }, "row pitch 258");

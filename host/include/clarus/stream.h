@@ -44,10 +44,10 @@ struct StreamOptions {
     ColorSpace color_space = ColorSpace::srgb;
     DepthEncoding depth;
     MotionEncoding motion;
-    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels
-    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel
+    ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels, any type
+    ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel, any type
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
-    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1
+    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1; u8, f16 or f32
     bool profile = false;                            // time every stage with device events
     /// Which device makes what, where Device::open was given several: "auto", which measures in `prepare` and takes
     /// what makes most frames a second; or rules between commas, "PATTERN=DEVICE", of which the last that fits a

@@ -26,8 +26,17 @@ struct Vec2 {
     friend bool operator==(const Vec2&, const Vec2&) = default;
 };
 
-/// How a pixel's component is stored. u8 is normalised: 255 is 1.
-enum class ElementType { u8, f16, f32 };
+/// How a pixel's components are stored. u8 and u16 are normalised: 255 and 65535 are 1. The last three hold a pixel in
+/// 32 bits, its first component in the lowest, and are read, not written.
+enum class ElementType {
+    u8,
+    f16,
+    f32,
+    u16,
+    rgb10a2,     // 4 channels: 10, 10, 10 and 2 bits, normalised
+    r11g11b10f,  // 3 channels: floats of 11, 11 and 10 bits without sign
+    d24          // 1 channel: depth in the low 24 bits, normalised; those above, a stencil, are skipped
+};
 
 struct ImageFormat {
     ElementType type = ElementType::f32;

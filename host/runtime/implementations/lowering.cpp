@@ -137,8 +137,9 @@ std::string_view opencl_type(ElementType type) {
             return "half";
         case ElementType::f32:
             return "float";
+        default:
+            throw std::logic_error("an element type that is not written");
     }
-    throw std::logic_error("unknown element type");
 }
 
 int obvious(const Problem&, const DeviceProfile&) { return 1; }

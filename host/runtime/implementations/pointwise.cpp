@@ -333,8 +333,9 @@ class CallersImage {
             case ElementType::f32:
                 return width == 1 ? fmt::format("    *({}) = {};\n", place, vector)
                                   : fmt::format("    vstore{}({}, 0, {});\n", lanes, vector, place);
+            default:
+                throw std::logic_error("an element type that is not written");
         }
-        throw std::logic_error("unknown element type");
     }
 
     std::string_view type() const { return opencl_type(presented_.format.type); }
