@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/parse.h"
 #include "cli/commands.h"
 #include "cli/comparison.h"
 #include "cli/image_folder.h"
@@ -17,6 +18,7 @@
 #include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "cli/report_pictures.h"
+#include "cli/report_traces.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/json_reader.h"
@@ -33,6 +35,7 @@ using Json = nlohmann::ordered_json;
 
 struct ReportOptions {
     std::vector<fs::path> benches, results;
+    std::vector<std::vector<fs::path>> traces;  // each of one run
     ReferenceOptions reference;
     size_t pictures = 8;
     bool lossless = false;
@@ -107,6 +110,8 @@ void refuse_overwriting_inputs(const ReportOptions& options, std::span<const Ref
             for (const auto& [name, file] : images_in(path)) taken.add(file, "a reference");
     }
     for (const fs::path& file : options.benches) taken.add(file, "what clarus bench wrote");
+    for (const std::vector<fs::path>& run : options.traces)
+        for (const fs::path& file : run) taken.add(file, "a trace");
     for (const fs::path& result : options.results) {
         taken.add(run_file(result), "what clarus upscale wrote");
         for (const auto& [name, file] : images_in(result)) taken.add(file, "an image of a result");
@@ -157,7 +162,8 @@ void write_report(const ReportOptions& options) {
     refuse_overwriting_inputs(options, references);
     OutputFolders folders;
     folders.require(folder_of(options.output));
-    Json data{{"benches", Json::array()}, {"results", Json::array()}};
+    Json data{{"benches", Json::array()}, {"results", Json::array()}, {"traces", Json::array()}};
+    for (const std::vector<fs::path>& run : options.traces) data["traces"].push_back(timeline_of_traces(run));
     const std::vector<std::string> files = names_of(options.benches);
     for (size_t i = 0; i < files.size(); ++i)
         data["benches"].push_back({{"name", files[i]}, {"bench", measure::BenchFile(options.benches[i]).json}});
@@ -187,8 +193,21 @@ void add_report_command(CLI::App& app) {
         .add_option_function<std::vector<fs::path>>("BENCH.json|RESULT_DIR", sort_out,
                                                     "What `clarus bench` wrote, and folders of upscaled images; any "
                                                     "number of either")
-        ->required()
         ->type_name("");
+    command
+        .add_option_function<std::vector<std::string>>(
+            "--trace",
+            [options](const std::vector<std::string>& runs) {
+                for (const std::string& run : runs) {
+                    options->traces.emplace_back();
+                    for (const std::string_view file : between_commas(run)) options->traces.back().emplace_back(file);
+                }
+            },
+            "A timeline of what `--trace` of render, play, serve or upscale wrote; files of one run together, with "
+            "commas. Again for another run")
+        ->type_name("FILE[,FILE…]")
+        ->expected(1)
+        ->take_all();
     CLI::Option& sequence =
         *command
              .add_option("--sequence", options->reference.sequence.path,
@@ -213,8 +232,11 @@ void add_report_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output enss-s-x2 --profile --report enss-s-x2/report.json\n"
         "  clarus report bicubic enss-s-x2 --sequence sequence -o report.html\n"
         "  clarus report bench.json bicubic enss-s-x2 --sequence sequence -o report.html\n"
-        "  clarus report this-machine.json that-machine.json -o devices.html");
+        "  clarus report this-machine.json that-machine.json -o devices.html\n"
+        "  clarus report --trace game.json,upscaler.json --trace full.json -o timelines.html");
     command.callback([options, &sequence] {
+        if (options->results.empty() && options->benches.empty() && options->traces.empty())
+            throw CLI::RequiredError("BENCH.json, RESULT_DIR or --trace");
         if (!options->results.empty() && sequence.count() == 0) throw CLI::RequiredError("--sequence");
         write_report(*options);
     });

@@ -1,6 +1,23 @@
-// When each device did what, frame after frame, and what a frame waits for.
+// When each device or process did what, frame after frame, and what a frame waits for.
 
-// Everything that has a timeline: {label, devices, placement, stages, timeline}.
+// Of devices: what measure/timeline.h describes, as the lanes and spans that traces have.
+function timelineOfDevices({label, devices, placement, stages, timeline}) {
+  const lanes = devices.map(({selector}, index) => `${index}: ${selector}`);
+  if (timeline.some(({stage}) => stages[stage].device < 0)) lanes.push('transfers');
+  const spans = timeline.map(({stage, frame, start, end}) => {
+    const {name, device} = stages[stage];
+    return {name, frame, label: frame, lane: device < 0 ? lanes.length - 1 : device, start, end};
+  });
+  // Of a value that a part reads of the frame before: what made it, and what waits for it.
+  const links = (placement ??
+                 []).flatMap((part) => part.inputs.filter(({frames_ago}) => frames_ago > 0).map(({value}) => ({
+                                                                                                  value,
+                                                                                                  reader: part.stages[0]
+                                                                                                })));
+  return {label, lanes, spans, links};
+}
+
+// Everything that has a timeline: {label, lanes, spans, links}.
 function timelinesOf(report) {
   const runs = (report.results ?? []).map(({name, run}) => ({...run, label: name}));
   const placements =
@@ -8,7 +25,8 @@ function timelinesOf(report) {
                                       ...placement,
                                       label: `${placement.name}, ${milliseconds(placement.seconds)} ms a frame`
                                     }));
-  return [...runs, ...placements].filter(({timeline}) => timeline?.length);
+  const traces = (report.traces ?? []).map((trace) => ({...trace, links: []}));
+  return [...[...runs, ...placements].filter(({timeline}) => timeline?.length).map(timelineOfDevices), ...traces];
 }
 
 function showTimeline(report) {
@@ -19,17 +37,9 @@ function showTimeline(report) {
   const chosen = () => timelines[$('timeline-of').value];
   let spans = [], current = 0;
 
-  // Of a value that a part reads of the frame before: what made it, and what waits for it.
-  const links = ({placement}) =>
-      (placement ??
-       []).flatMap((part) => part.inputs.filter(({frames_ago}) => frames_ago > 0).map(({value}) => ({
-                                                                                        value,
-                                                                                        reader: part.stages[0]
-                                                                                      })));
   function choose() {
-    const {stages, timeline} = chosen();
-    spans = timeline.map((span) => ({...span, ...stages[span.stage], ...span}));
-    const waits = links(chosen()).map(({value, reader}) => `${reader} waits for ${value} of the frame before`);
+    spans = chosen().spans;
+    const waits = chosen().links.map(({value, reader}) => `${reader} waits for ${value} of the frame before`);
     $('timeline-note').textContent = [
       'A colour is a frame. ← → go through the stages.',
       waits.length && `Lines: ${waits.join(', ')}; so long no device can begin the next frame.`
@@ -38,21 +48,20 @@ function showTimeline(report) {
   }
   function select(index) {
     current = (index + spans.length) % spans.length;
-    const {name, frame, start, end} = spans[current];
+    const {name, frame, label: title, start, end} = spans[current];
     $('timeline-readout')
         .replaceChildren(
-            html('span', {}, swatch(seriesColor(frame)), name), html('span', {class: 'muted'}, `frame ${frame}`),
+            html('span', {}, swatch(seriesColor(frame)), name), html('span', {class: 'muted'}, `frame ${title}`),
             html('span', {}, `${milliseconds(end - start)} ms from ${milliseconds(start)} ms on`));
     redraw();
   }
   const redraw = chart($('timeline-chart'), (width) => {
-    const {devices} = chosen();
-    const lanes = devices.map(({selector}, index) => ({device: index, label: `${index}: ${selector}`}));
-    if (spans.some(({device}) => device < 0)) lanes.push({device: -1, label: 'transfers'});
-    const lane = 34, left = 76, right = width - 12, top = 8, bottom = top + lanes.length * lane;
+    const {lanes, links} = chosen();
+    const lane = 34, left = 12 + 7 * Math.max(9, ...lanes.map((name) => name.length)), right = width - 12, top = 8,
+          bottom = top + lanes.length * lane;
     const latest = Math.max(...spans.map(({end}) => end)) || 1;
     const x = linear(0, latest, left, right);
-    const y = (device) => top + lanes.findIndex((other) => other.device === device) * lane;
+    const y = (index) => top + index * lane;
     const children = [];
     const {values} = ticks(0, latest * 1e3, Math.max(2, width / 120));
     for (const value of values) {
@@ -60,24 +69,24 @@ function showTimeline(report) {
           vertical(x(value * 1e-3), top, bottom, 'grid'), label(x(value * 1e-3), bottom + 18, plain(value), 'middle'));
     }
     children.push(label(right, bottom + 34, 'ms', 'end'));
-    for (const {device, label: name} of lanes) children.push(label(left - 8, y(device) + lane / 2 + 4, name, 'end'));
+    lanes.forEach((name, index) => children.push(label(left - 8, y(index) + lane / 2 + 4, name, 'end')));
     spans.forEach(
-        ({device, frame, start, end, name}, index) => children.push(
+        ({lane: row, frame, start, end, name}, index) => children.push(
             svg('rect', {
               x: x(start),
-              y: y(device) + 4,
+              y: y(row) + 4,
               width: Math.max(0.5, x(end) - x(start)),
               height: lane - 8,
               class: index === current ? 'ring' : undefined,
               style: `fill: ${seriesColor(frame)}`
             },
                 svg('title', {}, name))));
-    for (const {value, reader} of links(chosen())) {
+    for (const {value, reader} of links) {
       for (const made of spans.filter(({name}) => name === value)) {
         const waiting = spans.find(({name, frame}) => name === reader && frame === made.frame + 1);
         if (waiting)
-          children.push(path(
-              [[x(made.end), y(made.device) + lane / 2], [x(waiting.start), y(waiting.device) + lane / 2]], 'roof'));
+          children.push(
+              path([[x(made.end), y(made.lane) + lane / 2], [x(waiting.start), y(waiting.lane) + lane / 2]], 'roof'));
       }
     }
     return {
@@ -86,8 +95,8 @@ function showTimeline(report) {
       children,
       listeners: browsing({
         nearest: (atX, atY) => {
-          const distance = ({device, start, end}) =>
-              Math.abs(y(device) + lane / 2 - atY) * 4 + Math.max(0, x(start) - atX, atX - x(end));
+          const distance = ({lane: row, start, end}) =>
+              Math.abs(y(row) + lane / 2 - atY) * 4 + Math.max(0, x(start) - atX, atX - x(end));
           return spans.reduce((best, span, index) => (distance(span) < distance(spans[best]) ? index : best), 0);
         },
         current,

@@ -40,7 +40,7 @@ def arguments():
     parser.add_argument("--log", type=Path, metavar="FILE", help="with --measure: what the page noted, as JSON")
     parser.add_argument("--trace", type=Path, metavar="FILE",
                         help="a timeline of rendering, sharing, upscaling and encoding, with --measure of arrival as "
-                             "well, for ui.perfetto.dev")
+                             "well, for `clarus report --trace` or ui.perfetto.dev")
     parser.add_argument("--tool", default=TREE / "build/bin/clarus", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.log and not options.measure:

@@ -30,6 +30,10 @@ DEVICE = os.environ.get("CLARUS_TEST_DEVICE") or "auto"
 AWKWARD = "<!--<script>\"&'é"  # a folder's name
 
 
+def model_name(model):
+    return "bicubic" if model == "bicubic" else "network"
+
+
 # The page's background, and [contrast, text] of what shows text of its own.
 CONTRASTS = """
 const luminance = (rgb) => {
@@ -239,6 +243,8 @@ class ReportPage(unittest.TestCase):
                 "--profile",
                 "--report",
                 folder / "report.json",
+                "--trace",
+                cls.folder / f"{model_name(model)}.trace.json",
                 *options,
             )
         cls.names = list(cls.results)
@@ -255,6 +261,8 @@ class ReportPage(unittest.TestCase):
             cls.sequence,
             "--pictures",
             "3",
+            "--trace",
+            f"{cls.folder}/bicubic.trace.json,{cls.folder}/network.trace.json",
             "-o",
             cls.page,
         )
@@ -339,6 +347,22 @@ class ReportPage(unittest.TestCase):
 
     def device_name(self):
         return json.loads((self.results["bicubic"] / "report.json").read_text())["devices"][0]["name"]
+
+    def test_traces_of_one_run_share_a_timeline(self):
+        self.choose("timeline-of", "bicubic.trace, network.trace")
+        lanes = self.text("#timeline-chart text")
+        for file in ("bicubic", "network"):
+            for track in ("main", "writer 1"):
+                self.assertIn(f"{file}.trace: {track}", lanes)
+        spans = [
+            event
+            for name in ("bicubic", "network")
+            for event in json.loads((self.folder / f"{name}.trace.json").read_text())["traceEvents"]
+            if event["ph"] == "X"
+        ]
+        self.assertEqual({span["args"]["frame"] for span in spans}, {f"{frame:04}" for frame in range(5)})
+        self.assertEqual(len(self.text("#timeline-chart rect")), len(spans))
+        self.assertIn("frame 0000", self.text("#timeline-readout")[0])
 
     def test_names_are_text(self):
         self.assertEqual(
@@ -686,6 +710,13 @@ class ReportPage(unittest.TestCase):
         refusal = run("report", self.folder / "odd", "--sequence", self.sequence, "-o", page, fails=True)
         self.assertIn("model.name", refusal)
         self.assertIn("--sequence", run("report", self.results["bicubic"], "-o", page, fails=True))
+        for trace, words in (
+            ({"traceEvents": []}, "otherData"),
+            ({"traceEvents": [{"ph": "X"}], "otherData": {"began": 1}}, "traceEvents[0] lacks the field \"name\""),
+            ({"traceEvents": [], "otherData": {"began": 1}}, "no span says of which frame it is"),
+        ):
+            other.write_text(json.dumps(trace))
+            self.assertIn(words, run("report", "--trace", other, "-o", page, fails=True))
         self.assertFalse(page.exists())
 
     def test_what_the_page_reads_of_a_bench_file_must_be_there(self):
