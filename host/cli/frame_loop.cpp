@@ -173,6 +173,7 @@ class FrameLoop {
             slot.result.quality = metrics::measure(display(slot.output), display(slot.frame.reference));
         }
         if (output_.writer) encode(slot, track, before);
+        if (output_.shared) share(slot, track, before);
         if (output_.folder.empty()) return;
         const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
         const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
@@ -196,6 +197,12 @@ class FrameLoop {
         const Trace::Span span(trace_, track, "encode", slot.frame.name);
         if (has_before) output_.writer->write(slot.before, slot.seconds - slot.frame.seconds / 2, slot.frame.taken);
         output_.writer->write(slot.output, slot.seconds, slot.frame.taken);
+    }
+
+    void share(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
+        if (before.valid()) before.get();
+        const Trace::Span span(trace_, track, "share", slot.frame.name);
+        output_.shared->write(slot.frame, slot.output, output_.color_space);
     }
 
     FrameSource& source_;

@@ -12,13 +12,14 @@
 #include "clarus/upscaler.h"
 #include "cli/frame_source.h"
 #include "cli/image_folder.h"
+#include "cli/shared_output.h"
 #include "cli/trace.h"
 #include "io/video.h"
 #include "metrics/quality.h"
 
 namespace clarus::cli {
 
-/// What the loop leaves: pictures in a folder, or a video.
+/// What the loop leaves: pictures in a folder, a video, or frames in a stream.
 struct FrameOutput {
     std::filesystem::path folder;    // empty: no pictures are written
     std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
@@ -31,6 +32,7 @@ struct FrameOutput {
     bool fallback = false;           // as the upscaler's option: a frame whose event fails is submitted again
     std::filesystem::path video;     // in place of the folder: a file's, empty for a stream
     io::VideoWriter* writer = nullptr;
+    SharedOutput* shared = nullptr;
 
     std::filesystem::path file(const std::string& frame) const { return writer ? video : folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@ namespace clarus::cli {
 /// A frame as a source hands it out.
 struct SourceFrame {
     std::string name;           // what its output is named by: "0000"
+    uint64_t number = 0;        // where others may have been left out before it: of all
     FrameDescription inputs;    // all but the output
     io::Pixels reference;       // 3 channels, output resolution; empty where there is none
     double seconds = 1.0 / 60;  // after the frame before it

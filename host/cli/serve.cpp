@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "base/rounding.h"
@@ -19,7 +20,9 @@
 #include "cli/pipeline_options.h"
 #include "cli/progress.h"
 #include "cli/serving.h"
+#include "cli/shared_output.h"
 #include "cli/shared_source.h"
+#include "cli/supervisor.h"
 #include "cli/trace.h"
 #include "cli/video_output.h"
 #include "link/link.h"
@@ -34,14 +37,20 @@ struct ServeOptions {
     int png_compression = 1;
     std::optional<int> crf;
     std::filesystem::path trace;
-    bool goes_on = false;
+    bool goes_on = false, restarts = false;
 };
 
 void tell_waiting(const std::string& name) {
     if (isatty(STDERR_FILENO)) fmt::print(stderr, "waiting for a renderer that shares {}; Ctrl-C ends\n", name);
 }
 
-void upscale(const ServeOptions& options, const OutputTarget& target, VideoOutput* video, SharedSource& source,
+/// Where frames go that keep their size; each or none.
+struct Sinks {
+    VideoOutput* video;
+    SharedOutput* shared;
+};
+
+void upscale(const ServeOptions& options, const OutputTarget& target, const Sinks& sinks, SharedSource& source,
              Serving& serving, OutputFolders& folders) {
     {
         Progress progress("preparing");
@@ -52,9 +61,11 @@ void upscale(const ServeOptions& options, const OutputTarget& target, VideoOutpu
     const ColorSpace color_space = source.stream()->sequence.color_space;
     if (!target.folder.empty())
         folders.require(target.folder, uintmax_t{3} * sizeof(float) * shown.width * shown.height);
-    if (video) serving.keep_output_size();
+    if (sinks.video || sinks.shared) serving.keep_output_size();
     fmt::print("{}: {} at {}x{}, to {}x{}\n", options.name, options.settings.wish.model, render.width, render.height,
                shown.width, shown.height);
+    if (const std::vector<std::string>& unread = source.stream()->unread; !unread.empty())
+        fmt::print("{}: no model reads {}, which the stream has\n", options.name, fmt::join(unread, ", "));
     std::fflush(stdout);
     const FrameOutput output{.folder = target.folder,
                              .extension = color_space == ColorSpace::linear ? ".exr" : ".png",
@@ -65,11 +76,13 @@ void upscale(const ServeOptions& options, const OutputTarget& target, VideoOutpu
                              .interpolated = false,
                              .png_compression = options.png_compression,
                              .video = target.video,
-                             .writer = video};
+                             .writer = sinks.video,
+                             .shared = sinks.shared};
     Trace trace(!options.trace.empty());
     bool is_first = true;
     const auto choose = [&](SourceFrame& frame) {
-        if (video && is_first) video->open({.size = shown, .frame_rate = 1 / frame.seconds, .crf = options.crf});
+        if (sinks.video && is_first)
+            sinks.video->open({.size = shown, .frame_rate = 1 / frame.seconds, .crf = options.crf});
         is_first = false;
         return serving.choose(frame);
     };
@@ -83,6 +96,9 @@ void serve(const ServeOptions& options) {
     SharedSource source(options.name, options.goes_on);
     Serving serving(options.name, source, options.settings);
     const OutputTarget target = output_target(options.output, true);
+    if (options.restarts && !target.video.empty())
+        fail(ErrorKind::invalid_argument,
+             "--restart: a video cannot be gone on with; give --output a folder, and make a video of its pictures");
     check_crf(options.crf, target);
     OutputFolders folders;
     if (!target.folder.empty()) folders.require(target.folder);
@@ -91,6 +107,8 @@ void serve(const ServeOptions& options) {
     const Interrupt interrupt;
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);
+    std::optional<SharedOutput> shared;
+    if (!target.shared.empty()) shared.emplace(target.shared);
     const ControlServer control(options.name,
                                 [&](const nlohmann::json& changes, const ControlServer::Progress& progress) {
                                     if (!changes.empty()) serving.change(changes, progress);
@@ -99,8 +117,10 @@ void serve(const ServeOptions& options) {
     const std::unique_ptr<link::Link> link = address ? link::receive_frames(options.name, *address) : nullptr;
     try {
         tell_waiting(options.name);
-        if (source.connect()) upscale(options, target, video ? &*video : nullptr, source, serving, folders);
+        const Sinks sinks{video ? &*video : nullptr, shared ? &*shared : nullptr};
+        if (source.connect()) upscale(options, target, sinks, source, serving, folders);
         if (video) video->finish();
+        if (shared) shared->finish();
     } catch (const std::exception& error) {
         source.refuse(error.what());
         if (video) video->keep();
@@ -127,8 +147,9 @@ void add_serve_command(CLI::App& app) {
                     "replaced. Or a video, .mp4, .mkv or .webm, which is there once the stream has ended. Or, as "
                     "moq:https://HOST:PORT/NAME, a relay of Media-over-QUIC, to which PyPI's moq-rs publishes, in the "
                     "python3 in the path; with #SHA256 after it, of the one certificate that the relay may have. "
-                    "Without, nothing is written")
-        ->type_name("DIR|FILE|moq:URL");
+                    "Or, as ring:OTHER, a stream OTHER, from which the next stage takes the frames: another "
+                    "clarus serve, or any reader. Without, nothing is written")
+        ->type_name("DIR|FILE|moq:URL|ring:OTHER");
     add_video_options(command, options->crf);
     command
         .add_option("--device", options->settings.device,
@@ -170,16 +191,23 @@ void add_serve_command(CLI::App& app) {
     command.add_flag("--keep", options->goes_on,
                      "When the renderer closes its stream, wait for the next; without, that ends the command. One that "
                      "dies is waited for in any case");
+    command.add_flag("--restart", options->restarts,
+                     "Upscale in a process of its own, and in another one where that dies, of a fault in a device's "
+                     "driver for instance: the renderer goes on, the next frame begins without history");
     command.footer(
         "Ctrl-C ends it. `clarus control NAME` tells how it goes, and changes the model while it runs.\n"
         "Examples:\n"
         "  clarus serve game --model enss-m-x2 --output upscaled\n"
         "  clarus serve game --model enss-m-x2 --output game.mp4\n"
         "  clarus serve game --model enss-s-x2 --output moq:https://127.0.0.1:4443/game#5f0c…\n"
+        "  clarus serve game --model enss-s-x2 --output ring:big  for clarus serve big --model fsr1 --output big.mp4\n"
         "  clarus play sequence --share game --frame-rate 30      in another terminal\n"
         "  clarus control game model=fsr2                         in a third\n"
         "  clarus serve game --model fsr1 --listen 10.0.0.2:7788  for a game on another machine");
-    command.callback([options] { serve(*options); });
+    command.callback([options] {
+        if (options->restarts) go_on_supervised("clarus serve " + options->name);
+        serve(*options);
+    });
 }
 
 }  // namespace clarus::cli

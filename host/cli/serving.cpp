@@ -1,5 +1,7 @@
 #include "cli/serving.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -79,9 +81,9 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     const Size shown = upscaler.output_size();
     if (settings.only_size && shown != *settings.only_size)
         fail(ErrorKind::invalid_argument,
-             "the output would be of {}x{}, but a video of {}x{} is being written; output-size={}x{} keeps it",
-             shown.width, shown.height, settings.only_size->width, settings.only_size->height,
-             settings.only_size->width, settings.only_size->height);
+             "the output would be of {}x{}, but --output began with {}x{}; output-size={}x{} keeps it", shown.width,
+             shown.height, settings.only_size->width, settings.only_size->height, settings.only_size->width,
+             settings.only_size->height);
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
     if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
@@ -152,6 +154,7 @@ json Serving::state() const {
     const SharedSource::Figures figures = source_.figures();
     const std::lock_guard lock(mutex_);
     json state{{"stream", name_},
+               {"process", getpid()},
                {"connected", figures.connected},
                {"frames", figures.frames},
                {"skipped", figures.skipped},

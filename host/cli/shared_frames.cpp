@@ -7,14 +7,8 @@
 #include <thread>
 #include <utility>
 
-#include "base/log.h"
-#include "cli/interrupt.h"
-#include "cli/share_error.h"
-
 namespace clarus::cli {
 namespace {
-
-constexpr int kLookMilliseconds = 100;  // how long an interrupt may take to be seen
 
 clarus_share_description describe(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
                                   const ShareOptions& options) {
@@ -43,12 +37,6 @@ clarus_share_description describe(const io::Sequence& sequence, bool has_depth, 
     }
     description.dynamic_resolution = is_dynamic;
     return description;
-}
-
-clarus_share_stream* open_stream(const std::string& name, const clarus_share_description& description) {
-    clarus_share_stream* stream = nullptr;
-    check_share(clarus_share_open(name.c_str(), &description, &stream));
-    return stream;
 }
 
 /// Of a stream that a link alone is to find: always the same, so that what a crash leaves of it is replaced.
@@ -88,18 +76,13 @@ void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::
     std::ranges::copy(files.camera->projection, frame.projection);
 }
 
-void copy(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& pixels) {
-    if (frame.images[kind].pixels) check_share(clarus_share_copy(&frame, kind, pixels.values.data(), 0));
-}
-
 }  // namespace
 
 SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
                            ShareOptions options)
     : sequence_(without_frames(sequence)),
       options_(std::move(options)),
-      stream_(open_stream(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
-              clarus_share_close),
+      publisher_(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
       number_(options_.first_number),
       trace_(!options_.trace.empty()) {
     if (const auto remote = link::parse_remote_stream(options_.name, "--share"))
@@ -109,7 +92,7 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
 
 SharedFrames::~SharedFrames() {
     constexpr int kLastWordMilliseconds = 2000;
-    stream_.reset();
+    publisher_.close();
     if (link_ && link_->state().connected) link_->finish(kLastWordMilliseconds);
 }
 
@@ -120,41 +103,25 @@ bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pix
     clarus_share_frame frame;
     {
         const Trace::Span span(trace_, Trace::Track::main, "wait for a slot", name);
-        if (!begin(frame)) return false;
+        if (!publisher_.begin(frame)) return false;
         wait_for_turn();
     }
     {
         const Trace::Span span(trace_, Trace::Track::main, "copy into the slot", name);
         fill_in(frame, sequence_, files);
         frame.number = number_++;
-        copy(frame, CLARUS_SHARE_COLOR, pixels.color);
-        copy(frame, CLARUS_SHARE_DEPTH, pixels.depth);
-        copy(frame, CLARUS_SHARE_MOTION, pixels.motion);
-        check_share(clarus_share_end(stream_.get(), &frame));
+        SharePublisher::copy(frame, CLARUS_SHARE_COLOR, pixels.color.values.data());
+        SharePublisher::copy(frame, CLARUS_SHARE_DEPTH, pixels.depth.values.data());
+        SharePublisher::copy(frame, CLARUS_SHARE_MOTION, pixels.motion.values.data());
+        publisher_.end(frame);
     }
     rendering_.emplace(trace_, Trace::Track::main, "render");
     return true;
 }
 
-// False where Interrupt came.
-bool SharedFrames::begin(clarus_share_frame& frame) {
-    while (!Interrupt::came()) {
-        const clarus_share_status status = clarus_share_begin(stream_.get(), kLookMilliseconds, &frame);
-        tell_message();
-        if (status == CLARUS_SHARE_OK) return true;
-        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
-    }
-    return false;
-}
-
 void SharedFrames::finish() {
     if (!options_.trace.empty()) trace_.write(options_.trace);
-    while (!Interrupt::came()) {
-        const clarus_share_status status = clarus_share_drain(stream_.get(), kLookMilliseconds);
-        tell_message();
-        if (status == CLARUS_SHARE_OK) return;
-        if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
-    }
+    publisher_.drain();
 }
 
 // Frames that are late do not make those that follow come sooner.
@@ -164,13 +131,6 @@ void SharedFrames::wait_for_turn() {
     const auto frame =
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1) / options_.frame_rate);
     turn_ = std::max(turn_, Clock::now() - frame) + frame;
-}
-
-// An upscaler that cannot take the frames says so.
-void SharedFrames::tell_message() {
-    const std::string message = state().message;
-    if (!message.empty() && message != told_) log(LogLevel::warning, "the upscaler left: {}", message);
-    told_ = message;
 }
 
 }  // namespace clarus::cli

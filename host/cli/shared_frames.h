@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "clarus/share.h"
+#include "cli/share_publisher.h"
 #include "cli/trace.h"
 #include "io/frames.h"
 #include "io/sequence.h"
@@ -37,22 +37,19 @@ class SharedFrames {
     /// Waits until the upscaler is done with all of them. Writes the trace. Errors: file.
     void finish();
 
-    clarus_share_state state() const { return clarus_share_stream_state(stream_.get()); }
+    clarus_share_state state() const { return publisher_.state(); }
 
   private:
     using Clock = std::chrono::steady_clock;
 
-    bool begin(clarus_share_frame& frame);
     void wait_for_turn();
-    void tell_message();
 
     io::Sequence sequence_;  // without frames
     ShareOptions options_;
     std::unique_ptr<link::Link> link_;  // to another machine
-    std::unique_ptr<clarus_share_stream, void (*)(clarus_share_stream*)> stream_;
+    SharePublisher publisher_;
     uint64_t number_;
     Clock::time_point turn_ = Clock::now();
-    std::string told_;
     Trace trace_;
     std::optional<Trace::Span> rendering_;  // of the frame that comes next
 };

@@ -45,6 +45,10 @@ std::shared_ptr<const SharedStream> describe(std::shared_ptr<clarus_share_reader
     stream->has_motion = motion.width != 0;
     if (stream->has_depth) stream->depth_format = format_of(depth);
     if (stream->has_motion) stream->motion_format = format_of(motion);
+    for (const auto kind :
+         {CLARUS_SHARE_REACTIVE_MASK, CLARUS_SHARE_TRANSPARENCY_MASK, CLARUS_SHARE_OPAQUE_COLOR,
+          CLARUS_SHARE_HUDLESS_COLOR, CLARUS_SHARE_UI, CLARUS_SHARE_EXPOSURE, CLARUS_SHARE_DISTORTION})
+        if (from.resources[kind].width != 0) stream->unread.emplace_back(clarus_share_kind_name(kind));
     stream->is_dynamic = from.dynamic_resolution != 0;
     stream->is_newest = from.policy == CLARUS_SHARE_NEWEST_FRAME;
     stream->reader = std::move(reader);
@@ -130,6 +134,7 @@ bool SharedSource::waits() const {
 SourceFrame SharedSource::frame_of(const clarus_share_frame& shared, uint64_t skipped) const {
     SourceFrame frame;
     frame.name = frame_name(shared.number);
+    frame.number = shared.number;
     FrameDescription& inputs = frame.inputs;
     inputs.jitter = {shared.jitter_x, shared.jitter_y};
     inputs.exposure = shared.exposure;

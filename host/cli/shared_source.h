@@ -24,7 +24,8 @@ struct SharedStream {
     ImageFormat color_format, depth_format, motion_format;
     bool has_depth = false, has_motion = false;
     bool is_dynamic = false;
-    bool is_newest = false;  // the renderer does not wait
+    bool is_newest = false;           // the renderer does not wait
+    std::vector<std::string> unread;  // names of what it has beside these, which no model reads
 };
 
 /// Frames of a renderer in another process (clarus/share.h). A renderer that dies is waited for.

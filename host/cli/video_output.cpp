@@ -7,11 +7,13 @@
 namespace clarus::cli {
 
 OutputTarget output_target(const std::string& text, bool streams) {
-    constexpr std::string_view scheme = "moq:";
+    constexpr std::string_view published = "moq:", shared = "ring:";
     OutputTarget target;
     std::error_code unreadable;
-    if (streams && text.starts_with(scheme))
-        target.stream = text.substr(scheme.size());
+    if (streams && text.starts_with(published))
+        target.stream = text.substr(published.size());
+    else if (streams && text.starts_with(shared))
+        target.shared = text.substr(shared.size());
     else if (io::is_video(text) && !std::filesystem::is_directory(text, unreadable))
         target.video = text;
     else

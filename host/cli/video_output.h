@@ -17,11 +17,13 @@ struct OutputTarget {
     std::filesystem::path folder;  // for pictures
     std::filesystem::path video;   // io::is_video
     std::string stream;            // a URL, that was after "moq:"
+    std::string shared;            // a stream's name, that was after "ring:"
 
     bool is_video() const { return !video.empty() || !stream.empty(); }
 };
 
-/// `streams`: whether a stream may be asked for. Errors: invalid_argument where this build has no videos.
+/// `streams`: whether a stream of either kind may be asked for. Errors: invalid_argument where this build has no
+/// videos.
 OutputTarget output_target(const std::string& text, bool streams);
 
 /// Adds `--crf`.

@@ -30,6 +30,10 @@ static const struct {
     [CLARUS_SHARE_DISTORTION] = {"distortion", 4, 1, 0},
 };
 
+const char* clarus_share_kind_name(clarus_share_kind kind) {
+    return (int)kind >= 0 && kind < CLARUS_SHARE_KINDS ? kinds[kind].name : NULL;
+}
+
 clarus_share_description clarus_share_default_description(void) {
     clarus_share_description description;
     memset(&description, 0, sizeof description);

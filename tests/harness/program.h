@@ -27,6 +27,7 @@ class Program {
         CHECK(code >= 0);
         return code;
     }
+    pid_t id() const { return process_.id(); }
     void kill() { process_.kill(); }
     void interrupt() const { process_.signal(SIGINT); }
 

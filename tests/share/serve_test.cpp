@@ -80,7 +80,7 @@ TEST_CASE("a video of what is served is the same bytes as one of what is upscale
     const auto player = place.play({"--loop", "--frame-rate", "30"});
     REQUIRE(comes_true([&] { return state()["frames"] > 2; }));
     const Outcome refused = control({"game", "output-size=40x40"});
-    CHECK_MESSAGE(contains(refused.errors, "a video of 48x32 is being written"), refused.errors);
+    CHECK_MESSAGE(contains(refused.errors, "--output began with 48x32"), refused.errors);
     CHECK(control({"game", "model=nearest"}).code == 0);
     CHECK_FALSE(fs::exists(place / "other.mkv"));
     server->interrupt();
@@ -88,6 +88,53 @@ TEST_CASE("a video of what is served is the same bytes as one of what is upscale
     CHECK(fs::exists(place / "other.mkv"));
     player->interrupt();
     CHECK(player->result() == 0);
+}
+
+TEST_CASE("what is served may be a stream again, from which another upscaler takes it") {
+    const Workplace place(5);
+    place.upscale(network, "upscaled");
+    Program first(CLARUS_TOOL, {"serve", "game", "--model", network, "--device", test_selector(), "-o", "ring:big"});
+    Program second(CLARUS_TOOL, {"serve", "big", "--model", "nearest", "--scale", "1", "--device", test_selector(),
+                                 "-o", place / "served"});
+    CHECK(place.play()->result() == 0);
+    CHECK(first.result() == 0);
+    CHECK(second.result() == 0);
+    CHECK(contains(second.out(), "big: nearest at 48x32, to 48x32"));
+    check_same_files(place, "upscaled", "served", 5);
+    CHECK(place.runtime.is_empty());
+
+    Program taken(CLARUS_TOOL,
+                  {"serve", "game", "--model", "nearest", "--device", test_selector(), "-o", "ring:a name"});
+    CHECK(taken.result() == 1);
+    CHECK_MESSAGE(contains(taken.errors(), "\"a name\""), taken.errors());
+}
+
+TEST_CASE("an upscaler that dies is started again, but not for ever") {
+    const Workplace place(5);
+    const auto server = place.serve(network, "served", {"--restart", "--keep"});
+    const auto player = place.play({"--loop", "--frame-rate", "60"});
+    for (int before = 0, death = 0; death < 3; ++death) {
+        REQUIRE(comes_true([&] { return state()["frames"] > 2 && state()["process"] != before; }));
+        before = state()["process"];
+        CHECK(before != server->id());
+        kill(before, SIGKILL);
+    }
+    CHECK(server->result() == 1);
+    CHECK(contains(server->errors(), "clarus serve game died of signal 9, Killed; it is started again"));
+    CHECK(contains(server->errors(), "not started again"));
+
+    const auto next = place.serve(network, "served", {"--restart"});
+    REQUIRE(comes_true([&] { return state()["frames"] > 2; }));
+    next->interrupt();
+    CHECK(next->result() == 0);
+    CHECK(contains(next->out(), "0 skipped"));
+    player->interrupt();
+    CHECK(player->result() == 0);
+    CHECK(place.runtime.is_empty());
+
+    Program video(CLARUS_TOOL, {"serve", "game", "--model", "bilinear", "--restart", "-o", place / "a.mp4"});
+    CHECK(video.result() == 1);
+    CHECK_MESSAGE(contains(video.errors(), "--restart: a video cannot be gone on with"), video.errors());
 }
 
 TEST_CASE("a stream is handed to python3, a part a frame, and what it says is told") {

@@ -53,6 +53,13 @@ std::vector<unsigned char> bytes_of(const clarus_share_image& image) {
 
 }  // namespace
 
+TEST_CASE("every resource has a name") {
+    CHECK(clarus_share_kind_name(CLARUS_SHARE_COLOR) == std::string("color"));
+    CHECK(clarus_share_kind_name(CLARUS_SHARE_DISTORTION) == std::string("distortion"));
+    CHECK(clarus_share_kind_name(CLARUS_SHARE_KINDS) == nullptr);
+    CHECK(clarus_share_kind_name(static_cast<clarus_share_kind>(-1)) == nullptr);
+}
+
 TEST_CASE("every resource comes across in every format and pitch") {
     const RuntimeFolder folder;
     std::mt19937 random(1);

@@ -64,6 +64,9 @@ typedef enum clarus_share_kind {
     CLARUS_SHARE_KINDS              /* how many there are */
 } clarus_share_kind;
 
+/* "color", "depth", "motion", … ; NULL of what is none. */
+const char* clarus_share_kind_name(clarus_share_kind kind);
+
 /* An image that every frame of the stream brings. Width 0: none does. */
 typedef struct clarus_share_resource {
     clarus_format format; /* at most 4 channels */
