@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "cli/commands.h"
@@ -25,7 +27,12 @@ json request_of(const std::vector<std::string>& changes) {
         const size_t equals = change.find('=');
         if (equals == std::string::npos || equals + 1 == change.size())
             throw CLI::ValidationError("CHANGE", change + " is not of the form model=NAME, scale=S, output-size=WxH");
-        request[change.substr(0, equals)] = change.substr(equals + 1);
+        const std::string key = change.substr(0, equals), value = change.substr(equals + 1);
+        // The server runs in a folder of its own.
+        std::error_code unreadable;
+        request[key] = key == "model" && std::filesystem::is_regular_file(value, unreadable)
+                           ? std::filesystem::absolute(value).string()
+                           : value;
     }
     return request;
 }

@@ -14,8 +14,11 @@ namespace {
 using nlohmann::json;
 
 constexpr size_t kLargestPacket = 60000;
-constexpr int kStopMilliseconds = 100;      // how long the server may take to stop
-constexpr int kRequestMilliseconds = 1000;  // who connects and asks nothing for so long is left
+constexpr int kStopMilliseconds = 100;  // how long the server may take to stop
+constexpr int kConnectMilliseconds = 5000;
+constexpr int kStateMilliseconds = 20000;    // behind others' changes
+constexpr int kChangeMilliseconds = 300000;  // a kernel that compiles tells no progress
+constexpr int kRequestMilliseconds = 1000;   // who connects and asks nothing for so long is left
 
 void send(int connection, const json& packet) {
     const std::string text = packet.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -39,7 +42,11 @@ std::optional<json> receive(int connection) {
 }  // namespace
 
 ControlServer::ControlServer(const std::string& name, Answer answer) : answer_(std::move(answer)) {
-    check_share(share_listen(name.c_str(), SHARE_CONTROL_SUFFIX, &endpoint_));
+    const clarus_share_status status = share_listen(name.c_str(), SHARE_CONTROL_SUFFIX, &endpoint_);
+    if (status == CLARUS_SHARE_NAME_IN_USE)
+        fail(ErrorKind::file, "{} is served by another process already (`clarus control {}` tells how): {}", name, name,
+             clarus_share_last_error());
+    check_share(status);
     thread_ = std::thread([this] {
         while (!stop_) {
             if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
@@ -62,7 +69,11 @@ void ControlServer::serve(int connection) const {
     if (!request) return;
     try {
         if (!request->is_object()) fail(ErrorKind::invalid_argument, "a request is a JSON object");
-        send(connection, {{"answer", answer_(*request, [&](double done) { send(connection, {{"progress", done}}); })}});
+        const auto progress = [&](double done) {
+            if (stop_) fail(ErrorKind::file, "the server is ending");
+            send(connection, {{"progress", done}});
+        };
+        send(connection, {{"answer", answer_(*request, progress)}});
     } catch (const std::exception& error) {
         send(connection, {{"error", error.what()}});
     }
@@ -70,7 +81,11 @@ void ControlServer::serve(int connection) const {
 
 json ask_server(const std::string& name, const json& request, const ControlServer::Progress& progress) {
     int connection = -1;
-    const clarus_share_status status = share_connect(name.c_str(), SHARE_CONTROL_SUFFIX, &connection);
+    clarus_share_status status = CLARUS_SHARE_TIMED_OUT;
+    for (int tries = 0; status == CLARUS_SHARE_TIMED_OUT && tries < kConnectMilliseconds; ++tries) {
+        if (tries > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        status = share_connect(name.c_str(), SHARE_CONTROL_SUFFIX, &connection);
+    }
     if (status == CLARUS_SHARE_NO_STREAM)
         fail(ErrorKind::file, "nobody serves {}: {}; `clarus serve {} --model …` does", name, clarus_share_last_error(),
              name);
@@ -78,7 +93,8 @@ json ask_server(const std::string& name, const json& request, const ControlServe
     const std::unique_ptr<int, void (*)(int*)> closed(&connection, share_close);
     send(connection, request);
     for (;;) {
-        waits_long(connection, -1);
+        if (waits_long(connection, request.empty() ? kStateMilliseconds : kChangeMilliseconds))
+            fail(ErrorKind::file, "the server of {} does not answer; is it stopped, or does its device hang?", name);
         const std::optional<json> packet = receive(connection);
         if (!packet || !packet->is_object()) fail(ErrorKind::file, "the server of {} went without an answer", name);
         if (packet->contains("progress")) {

@@ -44,6 +44,7 @@ void play(const PlayOptions& options) {
     share.first_number = options.sequence.frames.first;
     SharedFrames shared(sequence, all_have(sequence, &io::FrameFiles::depth),
                         all_have(sequence, &io::FrameFiles::motion), sequence.is_dynamic(), share);
+    shared.tell_waiting();
     if (options.loop) {
         while (share_all(sequence, shared, nullptr)) continue;
     } else {

@@ -243,6 +243,7 @@ void share(const Options& options, const io::Sequence& sequence, render::RenderS
     settings.output_buffers = false;
     const Interrupt interrupt;
     SharedFrames shared(sequence, true, true, options.dynamic_resolution < 1, options.share);
+    shared.tell_waiting();
     Vec2 previous_jitter;
     const auto render_and_share = [&](io::FrameFiles& frame, const render::FrameState& state,
                                       const render::RenderSettings& frame_settings) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/log.h"
 #include "base/rounding.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
@@ -52,16 +53,11 @@ struct Sinks {
 
 void upscale(const ServeOptions& options, const OutputTarget& target, const Sinks& sinks, SharedSource& source,
              Serving& serving, OutputFolders& folders) {
-    {
-        Progress progress("preparing");
-        serving.start([&](double fraction) { progress.update(fraction); });
-    }
     const Upscaler& first = serving.upscaler();
     const Size render = first.render_size(), shown = first.output_size();
     const ColorSpace color_space = source.stream()->sequence.color_space;
     if (!target.folder.empty())
         folders.require(target.folder, uintmax_t{3} * sizeof(float) * shown.width * shown.height);
-    if (sinks.video || sinks.shared) serving.keep_output_size();
     fmt::print("{}: {} at {}x{}, to {}x{}\n", options.name, options.settings.wish.model, render.width, render.height,
                shown.width, shown.height);
     if (const std::vector<std::string>& unread = source.stream()->unread; !unread.empty())
@@ -80,7 +76,12 @@ void upscale(const ServeOptions& options, const OutputTarget& target, const Sink
                              .shared = sinks.shared};
     Trace trace(!options.trace.empty());
     bool is_first = true;
+    uint64_t next_number = 0;
     const auto choose = [&](SourceFrame& frame) {
+        if (!target.folder.empty() && frame.number < next_number)
+            log(LogLevel::warning, "frame {} follows frame {}: pictures of these numbers in {} are replaced",
+                frame.number, next_number - 1, target.folder.string());
+        next_number = frame.number + 1;
         if (sinks.video && is_first)
             sinks.video->open({.size = shown, .frame_rate = 1 / frame.seconds, .crf = options.crf});
         is_first = false;
@@ -93,9 +94,18 @@ void upscale(const ServeOptions& options, const OutputTarget& target, const Sink
 void serve(const ServeOptions& options) {
     std::optional<link::Address> address;
     if (!options.listen.empty()) address = link::parse_address(options.listen, "--listen");
-    SharedSource source(options.name, options.goes_on);
-    Serving serving(options.name, source, options.settings);
     const OutputTarget target = output_target(options.output, true);
+    Serving::Settings settings = options.settings;
+    settings.keeps_size = target.is_video() || !target.shared.empty();
+    SharedSource source(options.name, options.goes_on);
+    Serving serving(options.name, source, std::move(settings));
+    source.on_connection([&serving] {
+        Progress progress("preparing");
+        serving.meet([&](double fraction) {
+            if (Interrupt::came()) fail(ErrorKind::file, "interrupted while the model was prepared");
+            progress.update(fraction);
+        });
+    });
     if (options.restarts && !target.video.empty())
         fail(ErrorKind::invalid_argument,
              "--restart: a video cannot be gone on with; give --output a folder, and make a video of its pictures");

@@ -36,6 +36,13 @@ void check_resources(const Upscaler& upscaler, const Model& model, const SharedS
     check("motion", upscaler.needs_motion(), stream.has_motion);
 }
 
+void check_size(Size shown, const std::optional<Size>& only) {
+    if (!only || shown == *only) return;
+    fail(ErrorKind::invalid_argument,
+         "the output would be of {}x{}, but --output began with {}x{}; output-size={}x{} keeps it", shown.width,
+         shown.height, only->width, only->height, only->width, only->height);
+}
+
 /// A part of what is asked for; "auto": none.
 template <typename Value, typename Parse>
 void take(const json& changes, const char* key, const char* example, std::optional<Value>& value, Parse parse) {
@@ -61,6 +68,7 @@ json size_json(Size size) { return {size.width, size.height}; }
 Serving::Serving(std::string name, const SharedSource& source, Settings settings)
     : name_(std::move(name)), source_(source), settings_(std::move(settings)) {
     find_model(settings_.wish);
+    Device::open(settings_.device);
 }
 
 std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::shared_ptr<const SharedStream> stream,
@@ -78,12 +86,7 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     Device device = Device::open(settings.device);
     Upscaler upscaler(device, model, sequence.render_size, options);
     check_resources(upscaler, model, *stream, name_);
-    const Size shown = upscaler.output_size();
-    if (settings.only_size && shown != *settings.only_size)
-        fail(ErrorKind::invalid_argument,
-             "the output would be of {}x{}, but --output began with {}x{}; output-size={}x{} keeps it", shown.width,
-             shown.height, settings.only_size->width, settings.only_size->height, settings.only_size->width,
-             settings.only_size->height);
+    check_size(upscaler.output_size(), settings.only_size);
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
     if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
@@ -91,29 +94,29 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
         Seat{std::move(stream), std::move(device), std::move(model), std::move(upscaler), std::move(buffers)});
 }
 
-void Serving::start(const Progress& progress) {
+void Serving::meet(const Progress& progress) {
     const std::shared_ptr<const SharedStream> stream = source_.stream();
-    const std::shared_ptr<Seat> seat = prepare(settings_, stream, progress);
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    if (current_ && current_->stream->sequence.color_space != stream->sequence.color_space)
+        fail(ErrorKind::invalid_argument,
+             "the stream {} came back with colour of another space, sRGB or linear; start clarus serve again", name_);
     stream_ = stream;
-    current_ = seat;
-}
-
-void Serving::keep_output_size() {
-    const std::lock_guard lock(mutex_);
-    settings_.only_size = current_->upscaler.output_size();
+    const Settings settings = settings_;
+    lock.unlock();
+    std::shared_ptr<Seat> seat = prepare(settings, stream, progress);
+    lock.lock();
+    if (settings_.keeps_size) settings_.only_size = seat->upscaler.output_size();
+    if (!current_)
+        current_ = std::move(seat);
+    else if (!next_ || next_->stream != stream)  // what was asked for meanwhile goes before it
+        next_ = std::move(seat);
 }
 
 std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
     std::unique_lock lock(mutex_);
-    stream_ = source_.stream();
     std::shared_ptr<Seat> seat = next_ ? next_ : current_;
     next_.reset();
-    if (seat->stream != stream_) {
-        if (seat->stream->sequence.color_space != stream_->sequence.color_space)
-            fail(ErrorKind::invalid_argument,
-                 "the stream {} came back with colour of another space, sRGB or linear; start clarus serve again",
-                 name_);
+    if (seat->stream != stream_) {  // of a change that began before the stream came
         const Settings settings = settings_;
         const std::shared_ptr<const SharedStream> stream = stream_;
         lock.unlock();
@@ -139,13 +142,22 @@ void Serving::change(const json& changes, const Progress& progress) {
     settings.wish.model = changes.value("model", settings.wish.model);
     take(changes, "scale", "2", settings.wish.scale, parse_number);
     take(changes, "output-size", "1920x1080", settings.wish.output_size, parse_size);
-    settings.upscaler.pipeline_options =
-        options_of(find_model(settings.wish), std::move(settings.upscaler.pipeline_options));
     if (!stream)
         fail(ErrorKind::invalid_argument, "no renderer shares {} yet, of whose frames the models could be prepared",
              name_);
-    std::shared_ptr<Seat> seat = prepare(settings, stream, progress);
+    std::shared_ptr<Seat> seat;
+    try {
+        settings.upscaler.pipeline_options =
+            options_of(find_model(settings.wish), std::move(settings.upscaler.pipeline_options));
+        seat = prepare(settings, stream, progress);
+    } catch (const Error& error) {
+        if (!settings.wish.scale || changes.contains("scale")) throw;
+        fail(error.kind(), "{} (scale={:g} was asked for before; scale=auto takes that back)", error.what(),
+             *settings.wish.scale);
+    }
     lock.lock();
+    settings.only_size = settings_.only_size;
+    check_size(seat->upscaler.output_size(), settings.only_size);
     settings_ = std::move(settings);
     next_ = std::move(seat);
 }

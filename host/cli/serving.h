@@ -24,25 +24,23 @@ class Serving {
         ModelWish wish;
         std::string device;             // a selector
         UpscalerOptions upscaler;       // but for what the stream says
-        std::optional<Size> only_size;  // of the output, which goes where no other can go
+        bool keeps_size = false;        // the output is as large as the first stream's, for it goes where no other can
+        std::optional<Size> only_size;  // that
     };
 
-    /// `source` outlives it. Errors: those of find_model.
+    /// `source` outlives it. Errors: those of find_model and Device::open.
     Serving(std::string name, const SharedSource& source, Settings settings);
 
-    /// Prepares for the stream that is connected. Errors: those of choose_model, Upscaler and Device::open;
-    /// invalid_argument where the stream lacks what the model needs.
-    void start(const Progress& progress);
+    /// Prepares for the stream that the source has connected to. Errors: those of choose_model, Upscaler and
+    /// Device::open; invalid_argument where the stream lacks what the model needs, or is in another colour space than
+    /// those before it.
+    void meet(const Progress& progress);
 
-    /// From now on output of another size is an error: what would make it is not changed to.
-    void keep_output_size();
-
-    /// What upscales this frame of the source's stream. Where that is another than before, it prepares anew. Errors: as
-    /// start.
+    /// What upscales this frame of the source's stream. Errors: as meet.
     std::shared_ptr<Upscaler> choose(SourceFrame& frame);
 
     /// From another thread: `changes` may have "model", "scale" and "output-size", as text; the last two may be "auto".
-    /// Returns once what is asked for is prepared: it has the next frame. Errors: as start, naming what cannot be; all
+    /// Returns once what is asked for is prepared: it has the next frame. Errors: as meet, naming what cannot be; all
     /// stays as it was.
     void change(const nlohmann::json& changes, const Progress& progress);
     /// State and figures. From another thread.

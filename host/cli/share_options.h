@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/parse.h"
 #include "cli/shared_frames.h"
 
 namespace clarus::cli {
@@ -17,7 +18,11 @@ inline CLI::Option* add_share_options(CLI::App& command, ShareOptions& options) 
         .add_option("--frame-rate", options.frame_rate,
                     "Share so many frames a second, where they are taken as fast; without, as fast as they are")
         ->type_name("N")
-        ->check(CLI::PositiveNumber);
+        ->check([](const std::string& text) {
+            const auto rate = parse_number(text);
+            const bool is_one = rate && *rate >= 0.01 && *rate <= 10000;
+            return is_one ? std::string() : text + " is not a number from 0.01 to 10000";
+        });
     command.add_flag("--newest", options.newest,
                      "Do not wait for the upscaler: it gets the newest frame. Without, it gets every one");
     command

@@ -1,11 +1,14 @@
 #include "cli/shared_frames.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <thread>
 #include <utility>
+
+#include "cli/interrupt.h"
 
 namespace clarus::cli {
 namespace {
@@ -65,7 +68,6 @@ void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::
     frame.near_plane = files.near_plane;
     frame.far_plane = files.far_plane;
     frame.reset = files.reset;
-    frame.frame_seconds = static_cast<float>(1 / sequence.frame_rate);
     const Vec2 motion_scale = sequence.motion_scale(files);
     frame.motion_scale_x = motion_scale.x;
     frame.motion_scale_y = motion_scale.y;
@@ -96,6 +98,12 @@ SharedFrames::~SharedFrames() {
     if (link_ && link_->state().connected) link_->finish(kLastWordMilliseconds);
 }
 
+void SharedFrames::tell_waiting() const {
+    if (isatty(STDERR_FILENO) && !link_)
+        fmt::print(stderr, "sharing {}; `clarus serve {} --model …` upscales it; Ctrl-C ends\n", options_.name,
+                   options_.name);
+}
+
 bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pixels) {
     const std::string name = frame_name(number_);
     rendering_->set_frame(name);
@@ -109,6 +117,8 @@ bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pix
     {
         const Trace::Span span(trace_, Trace::Track::main, "copy into the slot", name);
         fill_in(frame, sequence_, files);
+        const double frame_rate = options_.frame_rate != 0 ? options_.frame_rate : sequence_.frame_rate;
+        frame.frame_seconds = static_cast<float>(1 / frame_rate);
         frame.number = number_++;
         SharePublisher::copy(frame, CLARUS_SHARE_COLOR, pixels.color.values.data());
         SharePublisher::copy(frame, CLARUS_SHARE_DEPTH, pixels.depth.values.data());
@@ -127,7 +137,9 @@ void SharedFrames::finish() {
 // Frames that are late do not make those that follow come sooner.
 void SharedFrames::wait_for_turn() {
     if (options_.frame_rate == 0) return;
-    std::this_thread::sleep_until(turn_);
+    constexpr auto kLook = std::chrono::milliseconds(100);  // how long an interrupt may take to be seen
+    while (Clock::now() < turn_ && !Interrupt::came())
+        std::this_thread::sleep_until(std::min<Clock::time_point>(turn_, Clock::now() + kLook));
     const auto frame =
         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1) / options_.frame_rate);
     turn_ = std::max(turn_, Clock::now() - frame) + frame;

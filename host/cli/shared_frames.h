@@ -32,6 +32,8 @@ class SharedFrames {
     SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic, ShareOptions options);
     ~SharedFrames();
 
+    /// Says on a terminal how an upscaler comes to the stream.
+    void tell_waiting() const;
     /// The next frame: its images as files of the sequence would hold them. False where Interrupt came instead.
     bool share(const io::FrameFiles& frame, const io::FramePixels& pixels);
     /// Waits until the upscaler is done with all of them. Writes the trace. Errors: file.

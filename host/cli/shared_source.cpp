@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <deque>
+#include <exception>
 #include <iterator>
+#include <thread>
 #include <utility>
 
 #include "base/error.h"
@@ -15,6 +17,7 @@ namespace clarus::cli {
 namespace {
 
 constexpr int kLookMilliseconds = 100;  // how long an interrupt may take to be seen
+constexpr int kGivenUpMilliseconds = 1000;
 
 std::shared_ptr<clarus_share_reader> open_reader(const std::string& name) {
     clarus_share_reader* reader = nullptr;
@@ -111,19 +114,43 @@ SharedSource::SharedSource(std::string name, bool goes_on)
 }
 
 bool SharedSource::connect() {
-    // A reader of its own for each connection: frames of the last one are let go when they are done.
-    std::shared_ptr<clarus_share_reader> reader = open_reader(name_);
     while (!Interrupt::came()) {
-        const clarus_share_status status = clarus_share_reader_connect(reader.get(), kLookMilliseconds);
-        if (status == CLARUS_SHARE_OK) {
-            stream_ = describe(std::move(reader));
-            log_->connected();
-            return true;
+        // A reader of its own for each connection: frames of the last one are let go when they are done.
+        std::shared_ptr<clarus_share_reader> reader = open_reader(name_);
+        clarus_share_status status = CLARUS_SHARE_NO_STREAM;
+        while (status == CLARUS_SHARE_NO_STREAM || status == CLARUS_SHARE_TIMED_OUT || status == CLARUS_SHARE_GONE) {
+            if (Interrupt::came()) return false;
+            status = clarus_share_reader_connect(reader.get(), kLookMilliseconds);
         }
-        if (status != CLARUS_SHARE_NO_STREAM && status != CLARUS_SHARE_TIMED_OUT && status != CLARUS_SHARE_GONE)
-            fail_with_share(status);
+        if (status == CLARUS_SHARE_OK && is_met(std::move(reader))) return true;
+        if (status == CLARUS_SHARE_OK) continue;
+        if (!goes_on_) fail_with_share(status);
+        give_up(clarus_share_last_error());
     }
     return false;
+}
+
+bool SharedSource::is_met(std::shared_ptr<clarus_share_reader> reader) {
+    stream_ = describe(std::move(reader));
+    try {
+        if (prepare_) prepare_();
+    } catch (const std::exception& error) {
+        if (Interrupt::came()) return false;
+        if (!goes_on_) throw;
+        refuse(error.what());
+        give_up(error.what());
+        return false;
+    }
+    log_->connected();
+    return true;
+}
+
+// Says so once, and leaves the renderer some time to go.
+void SharedSource::give_up(const std::string& why) {
+    if (why != trouble_) log(LogLevel::warning, "{}; waiting for another renderer of {}", why, name_);
+    trouble_ = why;
+    for (int waited = 0; waited < kGivenUpMilliseconds && !Interrupt::came(); waited += kLookMilliseconds)
+        std::this_thread::sleep_for(std::chrono::milliseconds(kLookMilliseconds));
 }
 
 bool SharedSource::waits() const {

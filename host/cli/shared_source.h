@@ -3,10 +3,12 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clarus/share.h"
@@ -34,8 +36,11 @@ class SharedSource : public FrameSource {
     /// `goes_on`: a renderer that closes its stream is waited for, too. Errors: invalid_argument, naming the name.
     SharedSource(std::string name, bool goes_on);
 
+    /// Called for each stream that is connected to, before its first frame. What it throws refuses the renderer.
+    void on_connection(std::function<void()> prepare) { prepare_ = std::move(prepare); }
+
     /// Waits for a renderer; false where Interrupt came first. Errors: invalid_argument where the renderer refuses;
-    /// file for what else cannot be.
+    /// file for what else cannot be; those of `prepare`. Where it goes on, they are logged, and another is waited for.
     bool connect();
 
     /// None where the stream has ended, or Interrupt came.
@@ -64,8 +69,13 @@ class SharedSource : public FrameSource {
     /// `skipped`: how many frames before it.
     SourceFrame frame_of(const clarus_share_frame& shared, uint64_t skipped) const;
 
+    bool is_met(std::shared_ptr<clarus_share_reader> reader);
+    void give_up(const std::string& why);
+
     std::string name_;
     bool goes_on_;
+    std::function<void()> prepare_;
+    std::string trouble_;
     std::shared_ptr<const SharedStream> stream_;
     std::shared_ptr<Log> log_;  // shared with frames that are not let go yet
 };

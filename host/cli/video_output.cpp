@@ -1,10 +1,25 @@
 #include "cli/video_output.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
 #include <system_error>
 
 #include "base/error.h"
 
 namespace clarus::cli {
+namespace {
+
+/// A name that cannot be meant as a folder's.
+bool is_another_file(const std::filesystem::path& path) {
+    constexpr std::string_view kinds[] = {".avi", ".bmp", ".exr", ".flv", ".gif",  ".jpeg", ".jpg", ".m4v",
+                                          ".mov", ".mpg", ".png", ".tif", ".tiff", ".ts",   ".wmv", ".y4m"};
+    std::error_code unreadable;
+    return std::ranges::find(kinds, path.extension().string()) != std::end(kinds) &&
+           !std::filesystem::is_directory(path, unreadable);
+}
+
+}  // namespace
 
 OutputTarget output_target(const std::string& text, bool streams) {
     constexpr std::string_view published = "moq:", shared = "ring:";
@@ -18,6 +33,10 @@ OutputTarget output_target(const std::string& text, bool streams) {
         target.video = text;
     else
         target.folder = text;
+    if (!target.folder.empty() && is_another_file(target.folder))
+        fail(ErrorKind::invalid_argument,
+             "--output {}: {} files are not written; name a folder for pictures, or a video .mp4, .mkv or .webm", text,
+             target.folder.extension().string());
     if (target.is_video()) io::require_videos();
     return target;
 }

@@ -82,16 +82,30 @@ class Sender : public Link {
     void run() {
         try {
             while (!stop_) {
-                if (clarus_share_reader_connect(reader_.get(), kLookMilliseconds) == CLARUS_SHARE_OK)
+                const clarus_share_status status = clarus_share_reader_connect(reader_.get(), kLookMilliseconds);
+                if (status == CLARUS_SHARE_OK)
                     carry();
                 else
-                    std::this_thread::sleep_for(1ms);
+                    wait_for_renderer(status);
                 if (state().ended) return;
             }
         } catch (const std::exception& error) {
             change([&](LinkState& state) { state.failure = error.what(); });
             log(LogLevel::warning, "the link to {} has ended: {}", to_.address.text(), error.what());
         }
+    }
+
+    /// One that takes no other reader, or that is of another version, may go; one that is not there may come.
+    void wait_for_renderer(clarus_share_status status) {
+        const bool may_come = status == CLARUS_SHARE_NO_STREAM || status == CLARUS_SHARE_TIMED_OUT ||
+                              status == CLARUS_SHARE_GONE || status == CLARUS_SHARE_CANCELLED;
+        if (may_come) return std::this_thread::sleep_for(1ms);
+        if (const std::string why = clarus_share_last_error(); why != trouble_) {
+            trouble_ = why;
+            log(LogLevel::warning, "{}; trying again", why);
+        }
+        for (auto until = Clock::now() + kRefusedRetry; Clock::now() < until && !stop_;)
+            std::this_thread::sleep_for(kRetry);
     }
 
     bool takes_every_frame() const {

@@ -92,7 +92,9 @@ void Worker::listen(const Address& at) {
     if (status == UCS_OK) return;
     listener_ = nullptr;
     fail(ErrorKind::file, "cannot listen at {}: {}", at.text(),
-         status == UCS_ERR_BUSY ? "another process does" : ucs_status_string(status));
+         status == UCS_ERR_BUSY       ? "another process does"
+         : status == UCS_ERR_IO_ERROR ? "is it an address of this machine?"
+                                      : ucs_status_string(status));
 }
 
 bool Worker::progress() {

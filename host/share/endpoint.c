@@ -15,7 +15,7 @@
 
 #include "share/error.h"
 
-enum { MOST_NAME = 64, BACKLOG = 8, MOST_DESCRIPTORS = 16 };
+enum { MOST_NAME = 64, BACKLOG = 64, MOST_DESCRIPTORS = 16 };
 
 void share_close(int* descriptor) {
     if (*descriptor >= 0) close(*descriptor);
@@ -100,7 +100,8 @@ static clarus_share_status remove_leftover(const char* name, const struct sockad
     const int cause = errno;
     share_close(&probe);
     if (connected || cause == EAGAIN)
-        return share_fail(CLARUS_SHARE_NAME_IN_USE, "the name %s is in use by another process; choose another", name);
+        return share_fail(CLARUS_SHARE_NAME_IN_USE,
+                          "the name %s is in use by another process: end that, or choose another name", name);
     if (cause != ECONNREFUSED && cause != ENOENT)
         return share_fail(CLARUS_SHARE_NAME_IN_USE, "%s is in the way: %s", address->sun_path, strerror(cause));
     unlink(address->sun_path);
@@ -165,7 +166,9 @@ clarus_share_status share_connect(const char* name, const char* suffix, int* con
     }
     const int cause = errno;
     share_close(connection);
-    if (cause == ENOENT || cause == ECONNREFUSED || cause == EAGAIN)
+    if (cause == EAGAIN)
+        return share_fail(CLARUS_SHARE_TIMED_OUT, "too many connect to %s at once; try again", address.sun_path);
+    if (cause == ENOENT || cause == ECONNREFUSED)
         return share_fail(CLARUS_SHARE_NO_STREAM, "nobody listens on %s", address.sun_path);
     return share_fail(CLARUS_SHARE_SYSTEM, "cannot connect to %s: %s", address.sun_path, strerror(cause));
 }

@@ -1,5 +1,7 @@
 #include "share/peer.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -57,6 +59,20 @@ void share_words(const struct share_leave* packet, size_t came, char* words) {
     words[SHARE_TEXT_BYTES - 1] = '\0';
     for (char* letter = words; *letter; ++letter)
         if ((unsigned char)*letter < ' ' || *letter == 127) *letter = '?';
+}
+
+/* Others would be read for ever, or end this process by a signal. */
+clarus_share_status share_check_event(int descriptor) {
+    static const char expected[] = "anon_inode:[eventfd]";
+    char link[32], target[sizeof expected];
+    snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
+    const ssize_t length = readlink(link, target, sizeof target);
+    if (length != (ssize_t)sizeof expected - 1 || memcmp(target, expected, sizeof expected - 1) != 0)
+        return share_fail(CLARUS_SHARE_PROTOCOL, "a descriptor to wake up by that is no eventfd");
+    const int flags = fcntl(descriptor, F_GETFL);
+    if (flags < 0 || fcntl(descriptor, F_SETFL, flags | O_NONBLOCK) != 0)
+        return share_fail(CLARUS_SHARE_SYSTEM, "cannot set an eventfd's flags: %s", strerror(errno));
+    return CLARUS_SHARE_OK;
 }
 
 void share_ring(int event) {

@@ -24,6 +24,10 @@ void share_leave_word(int socket, uint32_t reason, const char* text);
 /* What was said in a packet, printable. Empty where it is no share_leave. */
 void share_words(const struct share_leave* packet, size_t came, char* words);
 
+/* Whether a descriptor that came from the other side is an eventfd; where it is, reading and writing it wait no more.
+ */
+clarus_share_status share_check_event(int descriptor);
+
 /* One more thing to wake up for; and none any more. Neither waits. */
 void share_ring(int event);
 void share_silence(int event);

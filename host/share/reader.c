@@ -99,6 +99,8 @@ static clarus_share_status accept_stream(clarus_share_reader* reader, const stru
     status = share_map_memory("frames", descriptors[0], reader->layout.bytes, 0, &reader->memory);
     if (status == CLARUS_SHARE_OK)
         status = share_map_memory("control pages", descriptors[1], 2 * SHARE_PAGE_BYTES, 1, &reader->pages);
+    if (status == CLARUS_SHARE_OK) status = share_check_event(descriptors[2]);
+    if (status == CLARUS_SHARE_OK) status = share_check_event(descriptors[3]);
     if (status != CLARUS_SHARE_OK) return status;
     reader->ready_event = descriptors[2];
     reader->free_event = descriptors[3];
@@ -166,12 +168,14 @@ clarus_share_status clarus_share_reader_connect(clarus_share_reader* reader, int
             if (status == CLARUS_SHARE_OK) status = greet(reader);
         }
         if (status == CLARUS_SHARE_OK) status = await_answer(reader, deadline);
-        if (status == CLARUS_SHARE_TIMED_OUT) return status;
+        if (status == CLARUS_SHARE_TIMED_OUT && reader->has_greeted) return status;
         reader->has_greeted = 0;
         if (status == CLARUS_SHARE_OK) return status;
         disconnect(reader);
         const int left = share_left(deadline);
-        if ((status != CLARUS_SHARE_NO_STREAM && status != CLARUS_SHARE_GONE) || left == 0) return status;
+        const int passes = status == CLARUS_SHARE_NO_STREAM || status == CLARUS_SHARE_GONE ||
+                           status == CLARUS_SHARE_TIMED_OUT; /* too many connected at once */
+        if (!passes || left == 0) return status;
         const clarus_share_status waited = wait_for(reader, -1, left < 0 || left > LOOK_MS ? LOOK_MS : left);
         if (waited != CLARUS_SHARE_OK) return waited;
     }

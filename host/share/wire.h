@@ -11,7 +11,7 @@
 
 enum {
     SHARE_MAGIC = 0x53524c43, /* "CLRS" */
-    SHARE_VERSION = 1,
+    SHARE_VERSION = 2,
     SHARE_TEXT_BYTES = 256,
     SHARE_PAGE_BYTES = 4096,
     SHARE_DESCRIPTORS = 4, /* with SHARE_STREAM, in this order: frames, control, ready, free */

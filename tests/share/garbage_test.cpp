@@ -256,7 +256,19 @@ TEST_CASE("truncated and overlong packets, and wrong descriptors, are refused") 
         CHECK(renderer.receive(reader.get()) == CLARUS_SHARE_PROTOCOL);
     }
     renderer.descriptors[0] = frames;
+    for (int* event : {&renderer.descriptors[2], &renderer.descriptors[3]}) {
+        const int right = *event;
+        int endless = open("/dev/zero", O_RDONLY | O_CLOEXEC);
+        for (const int wrong : {small, endless, pipes[0], pipes[1]}) {
+            *event = wrong;
+            CHECK(renderer.receive(reader.get()) == CLARUS_SHARE_PROTOCOL);
+        }
+        share_close(&endless);
+        *event = right;
+    }
+    fcntl(renderer.descriptors[2], F_SETFL, 0);  // as if it were to make the reader wait
     CHECK(renderer.receive(reader.get()) == CLARUS_SHARE_OK);
+    CHECK((fcntl(renderer.descriptors[2], F_GETFL) & O_NONBLOCK) != 0);
     share_unmap(&memory, SHARE_PAGE_BYTES);
     for (int* descriptor : {&small, &unsealed, &pipes[0], &pipes[1]}) share_close(descriptor);
 }
@@ -265,7 +277,7 @@ TEST_CASE("another version of the protocol is told apart from nonsense") {
     const RuntimeFolder folder;
     const SharedReader reader = open_reader("fake");
     FakeRenderer renderer;
-    renderer.packet.head.version = 2;
+    renderer.packet.head.version = SHARE_VERSION + 1;
     CHECK(renderer.receive(reader.get()) == CLARUS_SHARE_VERSION);
     renderer.packet.head.bytes = 12345;  // whatever that version has there
     CHECK(renderer.receive(reader.get(), 100) == CLARUS_SHARE_VERSION);
@@ -276,7 +288,7 @@ TEST_CASE("another version of the protocol is told apart from nonsense") {
     hello.head.version = 7;
     other.say(&hello, sizeof hello);
     other.attend();
-    CHECK(other.hear() == "the other side speaks version 7 of the protocol, this one version 1");
+    CHECK(other.hear() == "the other side speaks version 7 of the protocol, this one version 2");
 }
 
 TEST_CASE("garbage in every word of a frame's header is refused, or is a frame") {

@@ -181,7 +181,7 @@ TEST_CASE("what another machine says that cannot be is refused, and the next is 
     const auto server = place.listen("bilinear", "served");
     const std::map<std::string, std::string> kinds{{"random", "does not speak Clarus's protocol"},
                                                    {"magic", "does not speak Clarus's protocol"},
-                                                   {"version", "speaks version 2 of the protocol"},
+                                                   {"version", "speaks version 3 of the protocol"},
                                                    {"type", "a packet of type 99"},
                                                    {"bytes", "a packet of type 16"},
                                                    {"truncated", "a packet of type 16"},

@@ -246,6 +246,7 @@ TEST_CASE("the model changes between two frames, and none is lost") {
 
 TEST_CASE("what control cannot change stays as it is") {
     const Workplace place(4);
+    const fs::path here = fs::current_path();
     const auto server = place.serve("bilinear", "served");
     REQUIRE(comes_true([&] { return fs::exists(place.runtime / "game.control"); }));
     CHECK(contains(control({"game", "model=nearest"}).errors, "no renderer shares game yet"));
@@ -264,8 +265,15 @@ TEST_CASE("what control cannot change stays as it is") {
     refused("colour=blue", "there is no colour to change");
     refused("model=" CLARUS_GOLDEN_DIR "/enss_x3_table.model.safetensors", "upscales by 3, but the stream game");
     refused("model", "is not of the form model=NAME", 2);
+    CHECK(control({"game", "scale=3"}).code == 0);
+    refused("model=" + network, "scale=auto takes that back");
+    CHECK(control({"game", "scale=auto"}).code == 0);
+    fs::current_path(CLARUS_GOLDEN_DIR);  // the server is in another folder
+    CHECK(control({"game", "model=enss_x2_table.model.safetensors"}).code == 0);
+    fs::current_path(here);
+    CHECK(control({"game", "model=bilinear"}).code == 0);
+    REQUIRE(comes_true([&] { return state()["changes"] >= 1; }));
     CHECK(state()["model"] == "bilinear");
-    CHECK(state()["changes"] == 0);
     player->interrupt();
     CHECK(player->result() == 0);
     CHECK(server->result() == 0);
@@ -285,6 +293,11 @@ TEST_CASE("a stream without what the model needs is refused, and its renderer to
     CHECK_MESSAGE(contains(server->errors(), words), server->errors());
     CHECK(place.files("served").empty());
     REQUIRE(comes_true([&] { return contains(player->errors(), "the upscaler left: " + words); }));
+    const auto patient = place.serve(network, "served", {"--keep"});
+    REQUIRE(comes_true([&] { return fs::exists(place.runtime / "game.control"); }));
+    REQUIRE(comes_true([&] { return contains(patient->errors(), words + "; waiting for another renderer of game"); }));
+    patient->interrupt();
+    CHECK(patient->result() == 0);
     const auto filter = place.serve("bilinear", "served");  // which needs none
     CHECK(filter->result() == 0);
     CHECK(player->result() == 0);
@@ -353,7 +366,7 @@ TEST_CASE("a name that is served, or shared, is in use") {
     REQUIRE(comes_true([&] { return place.files("served").size() >= 4; }));
     const auto other_server = place.serve("bilinear", "other"), other_player = place.play();
     CHECK(other_server->result() == 1);
-    CHECK(contains(other_server->errors(), "the name game is in use by another process"));
+    CHECK(contains(other_server->errors(), "game is served by another process already"));
     CHECK(other_player->result() == 1);
     CHECK(contains(other_player->errors(), "the name game is in use by another process"));
     server->interrupt();
@@ -364,6 +377,35 @@ TEST_CASE("a name that is served, or shared, is in use") {
     Program wrong(CLARUS_TOOL, {"serve", "a/b", "--model", "bilinear"});
     CHECK(wrong.result() == 1);
     CHECK(contains(wrong.errors(), "the stream name \"a/b\""));
+    const auto refused = [](std::vector<std::string> arguments, const std::string& words) {
+        arguments.insert(arguments.begin(), {"serve", "game", "--model", "bilinear"});
+        Program program(CLARUS_TOOL, arguments);
+        CHECK(program.result() == 1);
+        CHECK_MESSAGE(contains(program.errors(), words), program.errors());
+    };
+    refused({"--device", "no-such-device"}, "no-such-device");
+    refused({"--output", "film.avi"}, "film.avi: .avi files are not written");
+}
+
+TEST_CASE("frames say how long the renderer's rate lets them last, and numbers that begin anew are told") {
+    const Workplace place(3);
+    const auto player = place.play({"--frame-rate", "50"});
+    const SharedReader reader = open_reader("game");
+    REQUIRE(clarus_share_reader_connect(reader.get(), 60000) == CLARUS_SHARE_OK);
+    for (int i = 0; i < 3; ++i) {
+        clarus_share_frame frame;
+        REQUIRE(clarus_share_reader_wait(reader.get(), 60000, &frame) == CLARUS_SHARE_OK);
+        CHECK(frame.frame_seconds == doctest::Approx(0.02));
+        CHECK(clarus_share_reader_release(reader.get()) == CLARUS_SHARE_OK);
+    }
+    CHECK(player->result() == 0);
+
+    const auto server = place.serve("bilinear", "served", {"--keep"});
+    for (int times = 0; times < 2; ++times) CHECK(place.play()->result() == 0);
+    REQUIRE(comes_true([&] { return state()["frames"] == 6; }));
+    server->interrupt();
+    CHECK(server->result() == 0);
+    CHECK(contains(server->errors(), "frame 0 follows frame 2: pictures of these numbers in"));
 }
 
 TEST_CASE("a renderer in C is served") {
