@@ -10,7 +10,7 @@ TREE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 KINDS = 10
 COLOR, DEPTH, MOTION = range(3)
 OK, TIMED_OUT, ENDED, GONE = 0, 6, 8, 9
-TYPES = [np.uint8, np.float16, np.float32, np.uint16]
+TYPES = [np.uint8, np.float16, np.float32, np.uint16]  # the others are packed
 
 
 class Format(Structure):
@@ -51,7 +51,9 @@ class Image(Structure):
     ]
 
     def array(self):
-        """The image where it lies, [height, width, channels]."""
+        """The image where it lies, [height, width, channels]. Errors: ValueError for pixels that are packed."""
+        if self.format.type >= len(TYPES):
+            raise ValueError(f"pixels of element type {self.format.type} are packed, which NumPy has no type for")
         kind = np.dtype(TYPES[self.format.type])
         memory = (ctypes.c_char * (self.row_pitch * self.height)).from_address(self.pixels)
         strides = (self.row_pitch, kind.itemsize * self.format.channels, kind.itemsize)

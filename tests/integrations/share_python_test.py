@@ -81,6 +81,42 @@ class Test(unittest.TestCase):
         with self.assertRaises(clarus_share.ShareError):
             clarus_share.Reader("nobody", 10)
 
+    def test_what_is_recorded_is_what_was_shared(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command = [sys.executable, os.path.join(INTEGRATIONS, "record.py"), "exact", folder]
+            described = description()
+            described.linear_color, described.dynamic_resolution, described.depth_projective = 1, 1, 0
+            for kind in (clarus_share.COLOR, clarus_share.MOTION):
+                described.resources[kind].format.type = 2
+            described.resources[clarus_share.DEPTH].width = 0
+            third = np.float32(1) / np.float32(3)
+            with clarus_share.Stream("exact", described) as stream:
+                recorder = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+                for number in (3, 4, 6):
+                    frame = stream.begin()
+                    if number == 6:
+                        frame.width, frame.height = WIDTH - 2, HEIGHT - 1
+                    for kind in (clarus_share.COLOR, clarus_share.MOTION):
+                        frame.images[kind].array()[:] = third * (number + 1)
+                    frame.number, frame.exposure, frame.frame_seconds = number, 0.5, 0.04
+                    stream.end(frame)
+            self.assertIn("3 frames in", recorder.communicate(timeout=60)[0])
+            with open(os.path.join(folder, "sequence.json")) as file:
+                sequence = json.load(file)
+            self.assertNotIn("depth", sequence)
+            self.assertAlmostEqual(sequence["frame_rate"], 25, 4)
+            frames = sequence["frames"]
+            self.assertEqual([frame["reset"] for frame in frames], [True, False, True])
+            self.assertEqual([frame["exposure"] for frame in frames], [0.5] * 3)
+            self.assertEqual(frames[2]["render_size"], [WIDTH - 2, HEIGHT - 1])
+            for number, frame in zip((3, 4, 6), frames):
+                size = frame.get("render_size", [WIDTH, HEIGHT])
+                color = judge_motion.read(folder, frame["color"])
+                self.assertEqual(color.shape, (size[1], size[0], 3))
+                self.assertTrue(np.all(color == third * (number + 1)))
+                expected = third * (number + 1) * np.float32([-WIDTH, HEIGHT])
+                self.assertTrue(np.all(judge_motion.read(folder, frame["motion"]) == expected))
+
     def test_a_stream_is_recorded_and_its_motion_judged(self):
         with tempfile.TemporaryDirectory() as folder:
             command = [sys.executable, os.path.join(INTEGRATIONS, "record.py"), "tiny", folder, "--frames", "5"]
