@@ -12,7 +12,6 @@
 
 #include "base/error.h"
 #include "base/parse.h"
-#include "cli/choice.h"
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/progress.h"
@@ -25,13 +24,11 @@
 namespace clarus::cli {
 namespace {
 
-enum class Placements { automatic, all };
-
 struct Options {
     std::string devices, model;
     std::string size = "1920x1080";
-    Placements placements = Placements::automatic;
-    int turns = 7;
+    std::string placement = "auto";
+    int turns = 7, streams = 1;
     std::filesystem::path output;
 };
 
@@ -64,21 +61,28 @@ void bench_placement(const Options& options) {
     std::vector<measure::PlacementResult> results;
     {
         Progress progress("measuring placements");
+        const bool is_named = options.placement == "auto" || options.placement == "all";
         results = measure::measure_placements(devices, model, {side(output->width), side(output->height)},
-                                              options.placements == Placements::all, options.turns,
-                                              !options.output.empty(), [&](double done) { progress.update(done); });
+                                              {.every_cut = options.placement == "all",
+                                               .rules = is_named ? "" : options.placement,
+                                               .turns = options.turns,
+                                               .streams = options.streams,
+                                               .profiles = !options.output.empty()},
+                                              [&](double done) { progress.update(done); });
     }
     const std::vector<DeviceProfile> profiles = devices.profiles();
     for (size_t device = 0; device < profiles.size(); ++device)
         fmt::print("{}  {}  {}\n", device, profiles[device].selector, profiles[device].name);
     fmt::print("\n{} to {}, frames in host memory\n", model.name(), options.size);
-    fmt::print("{:>9}  {:>9}  {:>9}  {:>6}  {:>8}  {}\n", "alone, ms", "each, ms", "/ all on 0", "parts", "MB moved",
-               "placement");
+    const std::string together = options.streams == 1 ? "" : fmt::format("{} streams      fair  ", options.streams);
+    fmt::print("{:>9}  {:>9}  {:>9}  {}{:>6}  {:>8}  {}\n", "alone, ms", "each, ms", "/ all on 0", together, "parts",
+               "MB moved", "placement");
     for (const measure::PlacementResult& result : results) {
         double moved = 0;
         for (const PlacedPart& part : result.parts) moved += 1e-6 * static_cast<double>(part.bytes_in);
-        fmt::print("{:>9.2f}  {:>9.2f}  {:>10.3f}  {:>6}  {:>8.2f}  {}\n", 1e3 * result.latency, 1e3 * result.period,
-                   result.period_ratio, result.parts.size(), moved, result.name);
+        fmt::print("{:>9.2f}  {:>9.2f}  {:>10.3f}  ", 1e3 * result.latency, 1e3 * result.period, result.period_ratio);
+        if (options.streams > 1) fmt::print("{:>9.3f}  {:>8.3f}  ", result.together_ratio, result.fairness);
+        fmt::print("{:>6}  {:>8.2f}  {}\n", result.parts.size(), moved, result.name);
     }
     if (!options.output.empty()) draw(options, model, profiles, results);
 }
@@ -93,10 +97,19 @@ void add_bench_placement_command(CLI::App& bench) {
         ->required();
     command.add_option("--model", options->model, "A name from `clarus models`, or a model file")->required();
     command.add_option("--size", options->size, "Of the output")->type_name("WxH")->capture_default_str();
-    add_choice<Placements, Placements>(
-        command, "--placement", options->placements, {{"auto", Placements::automatic}, {"all", Placements::all}},
-        "auto unless told: each device alone, and what auto chooses; all: every cut in two "
-        "as well");
+    command
+        .add_option("--placement", options->placement,
+                    "auto: each device alone, and what auto chooses; all: every cut in two as well; rules, as "
+                    "`upscale --place`: those as well")
+        ->type_name("auto|all|RULES")
+        ->capture_default_str();
+    command
+        .add_option("--streams", options->streams,
+                    "Also run so many streams at once: seconds from frame to frame of all of them together, over "
+                    "those of one that is all on 0; and how fair their turns are: the first that has done its frames, "
+                    "over the last")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
     command.add_option("--turns", options->turns, "Of each placement, in turns with all on device 0")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
@@ -108,7 +121,9 @@ void add_bench_placement_command(CLI::App& bench) {
         "Examples:\n"
         "  clarus bench placement --devices \"gpu, cpu\" --model mnss-x2\n"
         "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2 --placement all "
-        "-o placements.html");
+        "-o placements.html\n"
+        "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model mnss-x2-int8 --placement "
+        "\"*convolution*=dsp\" --streams 2");
     command.callback([options] { bench_placement(*options); });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <future>
 #include <memory>
 
 #include "base/error.h"
@@ -47,7 +48,6 @@ class Running {
         return {median(latencies), frames_on_their_way()};
     }
 
-  private:
     /// Seconds from frame to frame.
     double frames_on_their_way() {
         submit(0).wait();
@@ -64,6 +64,7 @@ class Running {
         return (now() - start) / static_cast<double>(events.size());
     }
 
+  private:
     static UpscalerOptions options_of(const std::string& rules, bool profile) {
         UpscalerOptions options;
         options.placement = rules;
@@ -90,6 +91,24 @@ class Running {
     size_t submitted_ = 0;
 };
 
+struct Together {
+    double period, fairness;
+};
+
+/// As many frames of each, on a thread of its own.
+Together run_together(Running& first, const std::vector<std::unique_ptr<Running>>& others) {
+    std::vector<std::future<double>> periods;
+    for (const std::unique_ptr<Running>& other : others)
+        periods.push_back(std::async(std::launch::async, [&] { return other->frames_on_their_way(); }));
+    double shortest = first.frames_on_their_way(), longest = shortest;
+    for (std::future<double>& period : periods) {
+        const double seconds = period.get();
+        shortest = std::min(shortest, seconds);
+        longest = std::max(longest, seconds);
+    }
+    return {longest / static_cast<double>(1 + others.size()), shortest / longest};
+}
+
 struct Named {
     std::string name, rules;
 };
@@ -108,8 +127,9 @@ std::vector<Named> cuts(const std::vector<std::string>& stages) {
 
 }  // namespace
 
-std::vector<PlacementResult> measure_placements(const Device& devices, const Model& model, Size render, bool every_cut,
-                                                int turns, bool profiles, const std::function<void(double)>& progress) {
+std::vector<PlacementResult> measure_placements(const Device& devices, const Model& model, Size render,
+                                                const PlacementOptions& options,
+                                                const std::function<void(double)>& progress) {
     const size_t count = devices.profiles().size();
     if (count < 2)
         fail(ErrorKind::invalid_argument, "placements are of several devices, between commas: \"cpu/1, cpu/1=dsp\"");
@@ -126,7 +146,8 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
     for (size_t device = 0; device < count; ++device)
         placements.push_back({fmt::format("all on {}", device), fmt::format("*={}", device)});
     placements.push_back({"auto", "auto"});
-    if (every_cut)
+    if (!options.rules.empty()) placements.push_back({options.rules, options.rules});
+    if (options.every_cut)
         for (Named& cut : cuts(stages)) placements.push_back(std::move(cut));
 
     std::vector<PlacementResult> results;
@@ -134,19 +155,35 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
         if (progress) progress(static_cast<double>(results.size()) / static_cast<double>(placements.size()));
         Running running(devices, model, render, placement.rules, frames);
         std::vector<double> latencies, periods, ratios;
-        for (int turn = 0; turn < turns; ++turn) {
+        // "auto" may choose another placement when it measures again.
+        std::string rules;
+        for (const PlacedPart& part : running.upscaler().placement())
+            for (const std::string& stage : part.stages) rules += fmt::format("{}={},", stage, part.device);
+        std::vector<std::unique_ptr<Running>> others;
+        for (int stream = 1; stream < options.streams; ++stream)
+            others.push_back(std::make_unique<Running>(devices, model, render, rules, frames));
+        std::vector<double> together, fairness;
+        for (int turn = 0; turn < options.turns; ++turn) {
             const Running::Times reference = alone.turn(), times = running.turn();
             latencies.push_back(times.latency);
             periods.push_back(times.period);
             ratios.push_back(times.period / reference.period);
+            if (others.empty()) continue;
+            const Together both = run_together(running, others);
+            together.push_back(both.period / reference.period);
+            fairness.push_back(both.fairness);
         }
-        results.push_back(
-            {placement.name, running.upscaler().placement(), median(latencies), median(periods), median(ratios), {}});
-        if (!profiles) continue;
-        // "auto" may choose another placement when it measures again.
-        std::string rules;
-        for (const PlacedPart& part : results.back().parts)
-            for (const std::string& stage : part.stages) rules += fmt::format("{}={},", stage, part.device);
+        results.push_back({.name = placement.name,
+                           .parts = running.upscaler().placement(),
+                           .latency = median(latencies),
+                           .period = median(periods),
+                           .period_ratio = median(ratios),
+                           .stages = {}});
+        if (!others.empty()) {
+            results.back().together_ratio = median(together);
+            results.back().fairness = median(fairness);
+        }
+        if (!options.profiles) continue;
         results.back().stages = Running(devices, model, render, rules, frames, true).profile();
     }
     return results;
