@@ -19,6 +19,7 @@
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/pipeline_options.h"
+#include "cli/placement_options.h"
 #include "cli/progress.h"
 #include "cli/serving.h"
 #include "cli/shared_output.h"
@@ -71,6 +72,7 @@ void upscale(const ServeOptions& options, const OutputTarget& target, const Sink
                              .measure = false,
                              .interpolated = false,
                              .png_compression = options.png_compression,
+                             .fallback = options.settings.upscaler.fallback,
                              .video = target.video,
                              .writer = sinks.video,
                              .shared = sinks.shared};
@@ -163,7 +165,8 @@ void add_serve_command(CLI::App& app) {
     add_video_options(command, options->crf);
     command
         .add_option("--device", options->settings.device,
-                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units")
+                    "auto; gpu, cpu or dsp; an index, 0:1; a part of a name; with /N, a sub-device of N units; with "
+                    "=CLASS, taken as one of that class; several between commas")
         ->type_name("SEL");
     command.add_option("--scale", wish.scale, "In place of the renderer's, for models of any scale (clarus models)")
         ->type_name("S");
@@ -172,6 +175,7 @@ void add_serve_command(CLI::App& app) {
             "--output-size", [&wish](const std::string& text) { wish.output_size = parse_output_size(text); },
             "What the model makes is resampled to it, to a quarter to four times along each axis")
         ->type_name("WxH");
+    add_placement_options(command, settings);
     add_pipeline_options(command, settings.pipeline_options);
     add_choice<Precision, Precision>(
         command, "--precision", settings.precision,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -23,6 +22,7 @@
 #include "cli/output_folder.h"
 #include "cli/overwriting.h"
 #include "cli/pipeline_options.h"
+#include "cli/placement_options.h"
 #include "cli/progress.h"
 #include "cli/run_report.h"
 #include "cli/sequence_options.h"
@@ -49,7 +49,6 @@ struct UpscaleOptions {
     std::optional<int> crf;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
-    std::string placement = "auto";
     bool explain_placement = false;
     bool print_profile = false;
     std::filesystem::path trace, report;
@@ -66,16 +65,6 @@ Format output_format(const UpscaleOptions& options, const OutputTarget& target, 
              "the sequence {} is linear HDR, which a PNG file cannot hold; use --format exr",
              options.sequence.path.string());
     return format;
-}
-
-/// Rules as they are written on the command line, or in a file of that name: one a line, # before remarks.
-std::string placement_rules(const std::string& given) {
-    if (!std::filesystem::is_regular_file(given)) return given;
-    std::ifstream file(given);
-    std::string rules, line;
-    while (std::getline(file, line)) rules += line.substr(0, line.find('#')) + ",";
-    if (file.bad()) fail(ErrorKind::file, "{} cannot be read", given);
-    return rules;
 }
 
 /// Rules name the upscaler's stages.
@@ -137,7 +126,6 @@ void upscale(const UpscaleOptions& options) {
     const Format format = output_format(options, target, sequence.color_space);
     const Device device = Device::open(options.device);
     UpscalerOptions settings = options_for(options.settings, sequence, sequence.is_dynamic(), output_size);
-    settings.placement = placement_rules(options.placement);
     settings.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     if (!options.views.empty()) {
         const std::vector<std::string> names = Upscaler(device, model, sequence.render_size, settings).view_names();
@@ -328,15 +316,7 @@ void add_upscale_command(CLI::App& app) {
                     "prints the names. May be repeated")
         ->type_name("NAME")
         ->allow_extra_args(false);
-    command
-        .add_option(
-            "--place", options->placement,
-            "With several devices, what each makes: auto, which measures; rules, PATTERN=DEVICE, between commas, "
-            "of stages' names (--profile) and devices' classes or numbers from 0; or a file of them")
-        ->type_name("RULES")
-        ->capture_default_str();
-    command.add_flag("--fallback", options->settings.fallback,
-                     "With several devices: where one fails, the others go on with what it made, without history");
+    add_placement_options(command, options->settings);
     command.add_flag("--explain-placement", options->explain_placement,
                      "Print which stages each device makes, and what moves between devices");
     command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");

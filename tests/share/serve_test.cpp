@@ -90,6 +90,21 @@ TEST_CASE("a video of what is served is the same bytes as one of what is upscale
     CHECK(player->result() == 0);
 }
 
+TEST_CASE("what several devices serve is the same bytes") {
+    if (test_device().profile().compute_units < 2) {
+        MESSAGE("a device of one compute unit: not tried");
+        return;
+    }
+    const Workplace place(5);
+    place.upscale(network, "upscaled");
+    const std::string parts = test_selector() + "/1, " + test_selector() + "/1=dsp";
+    Program server(CLARUS_TOOL, {"serve", "game", "--model", network, "--device", parts, "--place", "*conv*=dsp",
+                                 "--fallback", "-o", place / "served"});
+    CHECK(place.play()->result() == 0);
+    CHECK(server.result() == 0);
+    check_same_files(place, "upscaled", "served", 5);
+}
+
 TEST_CASE("what is served may be a stream again, from which another upscaler takes it") {
     const Workplace place(5);
     place.upscale(network, "upscaled");
