@@ -85,9 +85,12 @@ void print_tables(const BenchResult& result) {
     for (const measure::DeviceResult& device : result.devices) {
         fmt::print("{}  {} ({}, {})\n", device.profile.selector, device.profile.name, device.profile.platform,
                    device.profile.driver_version);
-        fmt::print("compute peak {:.1f} GFLOP/s ± {:.1f} %, copy bandwidth {:.1f} GB/s ± {:.1f} %\n\n",
-                   1e-9 * device.compute_peak.median, 100 * device.compute_peak.relative_interval(),
-                   1e-9 * device.copy_bandwidth.median, 100 * device.copy_bandwidth.relative_interval());
+        const auto figure = [](const measure::Figure& of, const char* unit) {
+            return fmt::format("{:.1f} {} ± {:.1f} %", 1e-9 * of.median, unit, 100 * of.relative_interval());
+        };
+        fmt::print("compute peak {}, {}copy bandwidth {}\n\n", figure(device.compute_peak, "GFLOP/s"),
+                   device.int8_peak ? fmt::format("of bytes {}, ", figure(*device.int8_peak, "GOP/s")) : "",
+                   figure(device.copy_bandwidth, "GB/s"));
         fmt::print("{:<{}}  {:>10}  {:<4}  {:>9}  {:>8}  {:>6}   {:>8}  {:>7}  {:>7}  {:>6}  {:>6}  {:>6}  {}\n",
                    "model", width, "output", "", "ms median", "p95", "±", "frames/s", "of roof", "MiB", "cold s",
                    "warm s", "size s", "image");

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/error.h"
 #include "cli/interrupt.h"
 
 namespace clarus::cli {
@@ -53,6 +54,15 @@ std::string stream_name(const ShareOptions& options) {
     return name.substr(0, kMost);
 }
 
+/// So that it is not found after the last frame.
+void check_trace(const std::filesystem::path& trace) {
+    if (trace.empty()) return;
+    const std::filesystem::path folder = trace.has_parent_path() ? trace.parent_path() : ".";
+    std::error_code unreadable;
+    if (!std::filesystem::is_directory(folder, unreadable) || std::filesystem::is_directory(trace, unreadable))
+        fail(ErrorKind::file, "--trace {}: not a file in a folder that is there", trace.string());
+}
+
 io::Sequence without_frames(io::Sequence sequence) {
     sequence.frames.clear();
     return sequence;
@@ -87,6 +97,7 @@ SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool ha
       publisher_(stream_name(options_), describe(sequence, has_depth, has_motion, is_dynamic, options_)),
       number_(options_.first_number),
       trace_(!options_.trace.empty()) {
+    check_trace(options_.trace);
     if (const auto remote = link::parse_remote_stream(options_.name, "--share"))
         link_ = link::send_frames(stream_name(options_), *remote);
     rendering_.emplace(trace_, Trace::Track::main, "render");

@@ -42,17 +42,25 @@ double seconds_of(const BenchOptions& options) {
 class Peaks {
   public:
     explicit Peaks(const Device& device)
-        : device_(device), compute_(most_operations(peak_sweep(device)).work), copy_(copy_work(device)) {}
+        : device_(device), compute_(most_operations(peak_sweep(device)).work), copy_(copy_work(device)) {
+        if (const std::vector<Work> sweep = int8_peak_sweep(device); !sweep.empty())
+            int8_ = most_operations(sweep).work;
+    }
 
     bool has(int turns) const { return static_cast<int>(operations_.size()) >= turns; }
     void take_turn() {
         operations_.push_back(compute_.operations / seconds(compute_));
         bytes_.push_back(copy_.bytes / seconds(copy_));
+        if (int8_) int8_operations_.push_back(int8_->operations / seconds(*int8_));
     }
     DeviceResult result() const {
         const cl::Device& device = device_.context().device();
-        return {device_.profile(), cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_VERSION>(),
-                device.getInfo<CL_DEVICE_OPENCL_C_VERSION>(), summarise(operations_), summarise(bytes_)};
+        return {device_.profile(),
+                cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_VERSION>(),
+                device.getInfo<CL_DEVICE_OPENCL_C_VERSION>(),
+                summarise(operations_),
+                int8_ ? std::optional(summarise(int8_operations_)) : std::nullopt,
+                summarise(bytes_)};
     }
 
   private:
@@ -65,7 +73,8 @@ class Peaks {
 
     Device device_;
     Work compute_, copy_;
-    std::vector<double> operations_, bytes_;  // a second
+    std::optional<Work> int8_;
+    std::vector<double> operations_, int8_operations_, bytes_;  // a second
 };
 
 ItemResult result_of(const BenchItem& item) {

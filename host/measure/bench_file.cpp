@@ -80,6 +80,7 @@ void check_device(const JsonNode& device) {
     for (const char* key : {"half_storage", "half_arithmetic"}) profile[key].boolean();
     for (const char* key : {"platform_version", "opencl_c_version"}) device[key].text();
     for (const char* key : {"compute_peak", "copy_bandwidth"}) read_figure(device[key]);
+    if (const auto peak = device.find("int8_peak")) read_figure(*peak);
 }
 
 }  // namespace

@@ -80,11 +80,13 @@ Json to_json(const HostFacts& host, Json clocks) {
 }
 
 Json to_json(const DeviceResult& device) {
-    return {{"profile", measure::to_json(device.profile)},
-            {"platform_version", device.platform_version},
-            {"opencl_c_version", device.opencl_c_version},
-            {"compute_peak", to_json(device.compute_peak)},
-            {"copy_bandwidth", to_json(device.copy_bandwidth)}};
+    Json json{{"profile", measure::to_json(device.profile)},
+              {"platform_version", device.platform_version},
+              {"opencl_c_version", device.opencl_c_version},
+              {"compute_peak", to_json(device.compute_peak)},
+              {"copy_bandwidth", to_json(device.copy_bandwidth)}};
+    if (device.int8_peak) json["int8_peak"] = to_json(*device.int8_peak);
+    return json;
 }
 
 Json to_json(const StageResult& stage, const DeviceResult& device) {
@@ -93,7 +95,7 @@ Json to_json(const StageResult& stage, const DeviceResult& device) {
             {"seconds", to_json(stage.seconds)},
             {"operations", stage.operations},
             {"bytes", stage.bytes},
-            {"compute_share", stage.operations / stage.seconds.median / device.compute_peak.median},
+            {"compute_share", stage.operations / stage.seconds.median / stage.peak(device)},
             {"bandwidth_share", stage.bytes / stage.seconds.median / device.copy_bandwidth.median}};
 }
 
@@ -149,6 +151,11 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
 
 std::string text_of(Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
+double StageResult::peak(const DeviceResult& device) const {
+    const bool of_bytes = device.int8_peak && kernel.starts_with("int8");
+    return (of_bytes ? *device.int8_peak : device.compute_peak).median;
+}
+
 double Score::operations() const {
     double sum = 0;
     for (const StageResult& stage : stages) sum += stage.operations;
@@ -164,7 +171,7 @@ double Score::bytes() const {
 double Score::roofline_seconds(const DeviceResult& device) const {
     double sum = 0;
     for (const StageResult& stage : stages)
-        sum += std::max(stage.operations / device.compute_peak.median, stage.bytes / device.copy_bandwidth.median);
+        sum += std::max(stage.operations / stage.peak(device), stage.bytes / device.copy_bandwidth.median);
     return sum;
 }
 

@@ -19,14 +19,18 @@ enum class Profile { quick, full, sustained };
 struct DeviceResult {
     DeviceProfile profile;
     std::string platform_version, opencl_c_version;
-    Figure compute_peak;    // operations
-    Figure copy_bandwidth;  // bytes
+    Figure compute_peak;              // operations
+    std::optional<Figure> int8_peak;  // where the device multiplies bytes by an instruction of its own
+    Figure copy_bandwidth;            // bytes
 };
 
 struct StageResult {
     std::string name, kernel;
     Figure seconds;
     double operations = 0, bytes = 0;
+
+    /// Operations a second that its kernel could do at most.
+    double peak(const DeviceResult& device) const;
 };
 
 struct TurnResult {

@@ -19,6 +19,10 @@ struct Work {
 /// Multiply–adds: a sweep over vector widths and accumulators.
 std::vector<Work> peak_sweep(const Device& device);
 
+/// Multiply–adds of bytes: a sweep over accumulators. Empty where the device has no instruction for them that is used
+/// (DeviceProfile::vnni): then bytes are multiplied as floats, or 16-bit numbers.
+std::vector<Work> int8_peak_sweep(const Device& device);
+
 /// One large copy, counting bytes read and written.
 Work copy_work(const Device& device);
 

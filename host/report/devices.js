@@ -35,6 +35,7 @@ function showDevices(report) {
               profile.half_storage ? 'stored' :
                                      'no')],
     ['Compute peak', ({device}) => figure(1e-9, 'GFLOP/s')(device.compute_peak)],
+    ['Compute peak of bytes', ({device}) => (device.int8_peak ? figure(1e-9, 'GOP/s')(device.int8_peak) : '–')],
     ['Copy bandwidth', ({device}) => figure(1e-9, 'GB/s')(device.copy_bandwidth)],
     [
       'Host',

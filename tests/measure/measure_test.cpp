@@ -15,6 +15,7 @@
 #include "measure/statistics.h"
 #include "measure/test_sequence.h"
 #include "measure/timed_upscaler.h"
+#include "measure/work.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -387,4 +388,35 @@ TEST_CASE("files that hold no results are refused") {
     broken = good;
     broken["devices"] = 3;
     CHECK_THROWS_AS(compare_files(good, broken), Error);
+}
+
+TEST_CASE("kernels in whole numbers are measured by the peak of bytes, where there is one") {
+    measure::DeviceResult device;
+    device.compute_peak.median = 100;
+    device.copy_bandwidth.median = 1000;
+    const auto stage = [](const char* kernel) {
+        measure::StageResult result;
+        result.kernel = kernel;
+        result.operations = 800;
+        result.bytes = 1;
+        return result;
+    };
+    measure::Score score;
+    score.stages = {stage("int8 tiled"), stage("tiled")};
+    CHECK(score.roofline_seconds(device) == doctest::Approx(16));
+    device.int8_peak = device.compute_peak;
+    device.int8_peak->median = 400;
+    CHECK(score.stages[0].peak(device) == 400);
+    CHECK(score.stages[1].peak(device) == 100);
+    CHECK(score.roofline_seconds(device) == doctest::Approx(10));
+}
+
+TEST_CASE("the peak of bytes is measured where the profile has the instruction") {
+    const Device device = test_device();
+    const auto sweep = measure::int8_peak_sweep(device);
+    CHECK(sweep.empty() != device.profile().vnni);
+    for (const measure::Work& work : sweep) {
+        CHECK(work.operations > 0);
+        CHECK(work.run() > 0);
+    }
 }
