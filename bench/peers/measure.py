@@ -97,7 +97,7 @@ def measure(part, case, folder, clarus, entry, options):
                 entries[name]["beside"] = seconds.get("Clarus", [])
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
-            "scale": case["scale"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
+            "scale": case["scale"], "quantized": case["quantized"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
 
 
 def finite(value):

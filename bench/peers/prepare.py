@@ -13,11 +13,13 @@ import numpy as np
 import torch
 
 from clarus_training import model_file, onnx
+from clarus_training.quantized import SimulatedConv2d
 
 
 def main(model, size, folder):
     torch.set_float32_matmul_precision("highest")
-    network = model_file.load(model)
+    network = model_file.load(model, simulated=True)
+    onnx.refuse_quantized(network)
     size = [int(extent) for extent in size.split("x")]
     frame = onnx.smooth_frame(network, size)
     folder.mkdir(parents=True, exist_ok=True)
@@ -32,7 +34,8 @@ def main(model, size, folder):
         np.savez(folder / part / "inputs.npz", **{name: tensor.numpy() for name, tensor in graph.inputs.items()})
         np.savez(folder / part / "outputs.npz", **{name: each.numpy() for name, each in zip(graph.outputs, outputs)})
         onnx.save(str(folder / part / "graph.onnx"), graph)
-    case = dict(model=model, pipeline=network.pipeline, scale=network.scale, size=size, jitter=frame.jitter)
+    quantized = any(isinstance(module, SimulatedConv2d) for module in network.modules())
+    case = dict(model=model, quantized=quantized, pipeline=network.pipeline, scale=network.scale, size=size, jitter=frame.jitter)
     (folder / "case.json").write_text(json.dumps(case))
 
 

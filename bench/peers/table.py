@@ -1,6 +1,6 @@
 """Medians, ratios and the tables of what has been measured.
 
-A result is a dictionary: `model`, `part` ("network" or "frame"), and for `clarus` and each of `peers` a dictionary with
+A result is a dictionary: `model`, `part` ("network" or "frame"), `quantized` where it is of whole numbers, and for `clarus` and each of `peers` a dictionary with
 `seconds` (of every timed run) and `difference`, or `error`. A peer's `beside`, where it has one, are Clarus's seconds in the
 same rounds.
 """
@@ -10,14 +10,19 @@ import statistics
 from compare import agrees
 
 BARS = {"network": 1.5, "frame": 2.0}
+QUANTIZED_BARS = {"network": 1.3, "frame": 2.0}
 
 
-def score(entry):
+def bar(result):
+    return (QUANTIZED_BARS if result.get("quantized") else BARS)[result["part"]]
+
+
+def score(entry, quantized=False):
     """(median, spread) of an entry in seconds, the spread half of what lies between the quartiles.
 
     None where it could not run or its output is wrong.
     """
-    if "error" in entry or not agrees(entry["difference"]):
+    if "error" in entry or not agrees(entry["difference"], quantized):
         return None
     seconds = entry["seconds"]
     if len(seconds) < 2:
@@ -31,19 +36,20 @@ def verdict(result):
 
     The ratio is None where either side has no score; then no bar is met.
     """
-    scored = {name: score(entry) for name, entry in result["peers"].items()}
+    quantized = result.get("quantized", False)
+    scored = {name: score(entry, quantized) for name, entry in result["peers"].items()}
     medians = {name: each[0] for name, each in scored.items() if each}
-    own = score(result["clarus"])
+    own = score(result["clarus"], quantized)
     if not medians or own is None:
         return {"ratio": None, "fastest": None, "met": False}
     fastest = min(medians, key=medians.get)
     beside = result["peers"][fastest].get("beside")
     ratio = medians[fastest] / (statistics.median(beside) if beside else own[0])
-    return {"ratio": ratio, "fastest": fastest, "met": ratio >= BARS[result["part"]]}
+    return {"ratio": ratio, "fastest": fastest, "met": ratio >= bar(result)}
 
 
-def cell(entry):
-    scored = score(entry)
+def cell(entry, quantized=False):
+    scored = score(entry, quantized)
     if scored:
         return f"{1e3 * scored[0]:.2f} ± {1e3 * scored[1]:.2f}"
     return "–" if "error" in entry else "wrong"
@@ -56,9 +62,10 @@ def rows(results):
     for result in results:
         judged = verdict(result)
         ratio = "–" if judged["ratio"] is None else f"{judged['ratio']:.2f} ({judged['fastest']})"
-        bar = f"{BARS[result['part']]:g}× {'met' if judged['met'] else 'not met'}"
-        cells = [cell(result["peers"][name]) if name in result["peers"] else "" for name in peers]
-        table.append([result["model"], result["part"], *cells, cell(result["clarus"]), ratio, bar])
+        met = f"{bar(result):g}× {'met' if judged['met'] else 'not met'}"
+        quantized = result.get("quantized", False)
+        cells = [cell(result["peers"][name], quantized) if name in result["peers"] else "" for name in peers]
+        table.append([result["model"], result["part"], *cells, cell(result["clarus"], quantized), ratio, met])
     return table
 
 
@@ -72,7 +79,7 @@ def remarks(results):
                 lines.append(f"{where}: {entry['error']}")
                 continue
             off = entry["difference"]
-            wrong = "" if agrees(off) else "; WRONG, hence no score"
+            wrong = "" if agrees(off, result.get("quantized", False)) else "; WRONG, hence no score"
             way = f"; {entry['way']}" if entry.get("way") else ""
             lines.append(f"{where}: off by {off['typical']:.1e}, at most {off['largest']:.1e}{wrong}{way}")
     return lines

@@ -39,6 +39,17 @@ class TableTest(unittest.TestCase):
         self.assertEqual(judged["fastest"], "b")
         self.assertAlmostEqual(judged["ratio"], 2.5)
 
+    def test_whole_numbers_may_be_rounded_otherwise_and_have_a_bar_of_their_own(self):
+        off = {"typical": 0.009, "largest": 0.05}
+        result = {"model": "m", "part": "network", "clarus": {"seconds": [0.01], "difference": off},
+                  "peers": {"OpenVINO": {"seconds": [0.014], "difference": off}}}  # fmt: skip
+        self.assertFalse(table.verdict(result)["met"])
+        result["quantized"] = True
+        judged = table.verdict(result)
+        self.assertAlmostEqual(judged["ratio"], 1.4)
+        self.assertTrue(judged["met"])
+        self.assertEqual(table.rows([result])[1][2:], ["14.00 ± 0.00", "10.00 ± 0.00", "1.40 (OpenVINO)", "1.3× met"])
+
     def test_a_wrong_result_has_no_score(self):
         quick_but_wrong = result("network", timed(10), a=timed(1, difference=WRONG), b=timed(40))
         self.assertEqual(table.verdict(quick_but_wrong)["fastest"], "b")

@@ -7,7 +7,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import history, losses, model_file, operators
+from . import history, losses, model_file, operators, quantized
 from .layers import through
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
@@ -27,9 +27,13 @@ class KernelTable(nn.Module):
         self.register_buffer("jitters", torch.as_tensor(jitters).clone())
         self.kernels = nn.Parameter(torch.as_tensor(kernels).clone())
 
-    def forward(self, jitters):
+    def nearest(self, jitters):
+        """The entries' indices."""
         distance = (self.jitters - torch.as_tensor(jitters).to(self.jitters)[:, None]).square().sum(dim=2)
-        return self.kernels[distance.argmin(dim=1)]
+        return distance.argmin(dim=1)
+
+    def forward(self, jitters):
+        return self.kernels[self.nearest(jitters)]
 
 
 class KernelMlp(nn.Module):
@@ -86,12 +90,21 @@ class Enss(nn.Module):
         self.scale, self.features, self.without, self.checked, self.held = scale, features, without, checked, held
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
+        # Of a network in whole numbers: (scale, zero point) of what "first" and "last" read, tables of weight scales.
+        self.quantized = {}
+
+    def kernels_for(self, jitters):
+        """By name, a batch of them; where they are quantized with their weight scales."""
+        kernels = split_kernels(self.kernels(jitters), self.scale, self.features, self.checked)
+        for name, (_, weight_scale) in self.quantized.items():
+            kernels[f"{name}.weight_scale"] = torch.tensor(weight_scale)[self.kernels.nearest(jitters)]
+        return kernels
 
     def ahead(self, frames):
         """For all of several frames of the same size at once."""
         s, count = self.scale, len(frames)
         jitters = [(0.0, 0.0) if "jitter-kernels" in self.without else frame.jitter for frame in frames]
-        kernels = split_kernels(self.kernels(jitters), s, self.features, self.checked)
+        kernels = self.kernels_for(jitters)
         kernels = [{name: tensor[t] for name, tensor in kernels.items()} for t in range(count)]
         if self.checked:
             return [Ahead(each, place=place) for each, place in zip(kernels, history.places(frames, s))]
@@ -163,9 +176,16 @@ class Enss(nn.Module):
     def layers(self, x, kernels):
         """The convolutions, the last without an activation."""
         x = x.contiguous(memory_format=torch.channels_last)
-        x = F.relu(F.conv2d(x, kernels["first.weight"], kernels["first.bias"], padding=1))
+        x = F.relu(self.outer(x, kernels, "first"))
         x = through(self.body, x)
-        return F.conv2d(x, kernels["last.weight"], kernels["last.bias"], padding=1)
+        return self.outer(x, kernels, "last")
+
+    def outer(self, x, kernels, name):
+        """The convolution whose kernels depend on the jitter."""
+        weight = kernels[f"{name}.weight"]
+        if name in self.quantized:
+            x, weight = quantized.simulated(x, weight, self.quantized[name][0], kernels[f"{name}.weight_scale"])
+        return F.conv2d(x, weight, kernels[f"{name}.bias"], padding=1)
 
     def blend(self, past, x):
         """The new state of what `layers` returned, not held yet; and α and the candidate, as channels of render pixels."""

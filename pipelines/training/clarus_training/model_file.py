@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from . import safetensors
+from . import quantized, safetensors
 
 
 QUANTIZED = ("stack",)  # pipelines whose networks run here as the program runs their quantized files
@@ -34,14 +34,25 @@ def save(path, network, jitters=None, mlp=False, half=False):
     safetensors.save(path, *content)
 
 
-def load(path):
-    """The network of a model file, in single precision."""
+def load(path, simulated=False):
+    """The network of a model file, in single precision. `simulated`: one in whole numbers, but for stacks, with
+    quantized.SimulatedConv2d in place of its layers; what layers of ENSS's kernels read is in its attribute `quantized`.
+    """
     from .pipelines import FILES
 
     tensors, metadata = safetensors.load(path)
+    layers = {}
+    if simulated and metadata["pipeline"] not in QUANTIZED:
+        tensors, layers = quantized.in_floats(tensors)
+    network = network_of(path, tensors, metadata, FILES[metadata["pipeline"]])
+    if layers:
+        network.quantized = quantized.simulate(network, tensors, layers)
+    return network
+
+
+def network_of(path, tensors, metadata, module):
     floats = {name: array.astype(np.float32) for name, array in tensors.items() if array.dtype.kind == "f"}
     loaded = {name: torch.tensor(array) for name, array in {**tensors, **floats}.items()}
-    module = FILES[metadata["pipeline"]]
     if any(array.dtype == np.int8 for array in tensors.values()) and metadata["pipeline"] not in QUANTIZED:
         raise SystemExit(f"{path} is quantized, and here only stacks are computed in whole numbers; `clarus` runs it")
     if hasattr(module, "load_model"):

@@ -1,5 +1,8 @@
 """A model as an ONNX graph of one size and jitter: python3 -m clarus_training.onnx MODEL GRAPH.onnx --size 960x540.
 
+A model in whole numbers is exported with QuantizeLinear and DequantizeLinear before each of its layers, which frameworks
+compute in whole numbers in their turn.
+
 `--part network` leaves out all but the convolutions and what lies between them. State is inputs and outputs of the
 graph. All motion counts as valid, so that the graphs hold no fallbacks for vectors that are not.
 """
@@ -34,12 +37,11 @@ class EnssNetwork(nn.Module):
         super().__init__()
         self.network = network
         with torch.no_grad():
-            vector = network.kernels([jitter])[0]
-            kernels = enss.split_kernels(vector, network.scale, network.features, network.checked)
-        self.kernels = nn.ParameterDict({name.replace(".", "_"): tensor for name, tensor in kernels.items()})
+            kernels = network.kernels_for([jitter])
+        self.kernels = nn.ParameterDict({name.replace(".", "_"): tensor[0] for name, tensor in kernels.items()})
 
     def forward(self, x):
-        kernels = {name.replace("_", "."): tensor for name, tensor in self.kernels.items()}
+        kernels = {name.replace("_", ".", 1): tensor for name, tensor in self.kernels.items()}
         return self.network.layers(x, kernels).contiguous()
 
 
@@ -209,7 +211,7 @@ def smooth_frame(network, size, seed=0):
 
 def refuse_quantized(network):
     if any(isinstance(module, quantized.QuantizedConv2d) for module in network.modules()):
-        raise SystemExit("a quantized network's whole numbers cannot be exported; export the one in floating point")
+        raise SystemExit("a quantized stack's whole numbers cannot be exported; export the one in floating point")
 
 
 def save(path, graph):
@@ -236,7 +238,7 @@ def main():
     parser.add_argument("--size", required=True, metavar="WxH", help="the render size")
     parser.add_argument("--part", choices=sorted(GRAPHS), default="frame")
     arguments = parser.parse_args()
-    network = model_file.load(arguments.model)
+    network = model_file.load(arguments.model, simulated=True)
     refuse_quantized(network)
     size = tuple(int(extent) for extent in arguments.size.split("x"))
     graph = GRAPHS[arguments.part](network, smooth_frame(network, size))

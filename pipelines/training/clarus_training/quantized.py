@@ -83,6 +83,70 @@ class QuantizedConv2d(nn.Module):
         return torch.from_numpy(made - zero_point).double() * single(scale)
 
 
+def simulated(image, weight, reads, weight_scale):
+    """An image and a weight as a layer sees them that computes in whole numbers: rounded to what numbers stand for.
+    `reads`: the layer's (scale, zero point); `weight_scale`: [out].
+    """
+    scale, zero_point = reads
+    image = torch.fake_quantize_per_tensor_affine(image, scale, zero_point, 0, LARGEST)
+    zeros = torch.zeros(len(weight_scale), dtype=torch.int32)
+    weight = torch.fake_quantize_per_channel_affine(weight, weight_scale, zeros, 0, -LARGEST_WEIGHT - 1, LARGEST_WEIGHT)
+    return image, weight
+
+
+class SimulatedConv2d(nn.Module):
+    """A quantized layer in floating point, as frameworks express it: QuantizeLinear and DequantizeLinear before a plain
+    convolution. The same as QuantizedConv2d but for how sums are rounded.
+    """
+
+    def __init__(self, weight, bias, reads, weight_scale, stride=1, groups=1):
+        """`weight` and `bias`: what the numbers stand for; `reads`: (scale, zero point); `weight_scale`: [out]."""
+        super().__init__()
+        self.register_buffer("weight", torch.tensor(weight))
+        self.register_buffer("bias", torch.tensor(bias))
+        self.register_buffer("weight_scale", torch.tensor(weight_scale))
+        self.reads, self.stride, self.groups, self.padding = reads, stride, groups, weight.shape[-1] // 2
+
+    def forward(self, image):
+        image, weight = simulated(image, self.weight, self.reads, self.weight_scale)
+        return F.conv2d(image, weight, self.bias, self.stride, self.padding, groups=self.groups)
+
+
+def in_floats(tensors):
+    """A quantized file's tensors, NumPy's, as a floating-point file has them, and {layer: its (scale, zero point), weight
+    scales}, of tables [K, out].
+    """
+    layers = {}
+    for key in tensors:
+        if key.endswith(".weight_scale"):
+            name = key.removesuffix(".weight_scale")
+            reads = float(tensors[f"{name}.input_scale"][0]), int(tensors[f"{name}.input_zero_point"][0])
+            layers[name] = reads, tensors[key]
+    floats = {key: array for key, array in tensors.items() if key.rsplit(".", 1)[0] not in layers}
+    for name, ((scale, _), weight_scale) in layers.items():
+        weight = tensors[f"{name}.weight"].astype(np.float32)
+        floats[f"{name}.weight"] = weight * weight_scale.reshape(*weight_scale.shape, 1, 1, 1)
+        bias = tensors[f"{name}.bias"].astype(np.float64)
+        floats[f"{name}.bias"] = (bias * scale * weight_scale).astype(np.float32)
+    return floats, layers
+
+
+def simulate(network, tensors, layers):
+    """Puts SimulatedConv2d in place of the network's convolutions of these names. `tensors`, `layers`: as `in_floats`
+    returns them. Returns the layers that are no convolutions of their own.
+    """
+    others = dict(layers)
+    for name, module in list(network.named_modules()):
+        if name not in layers or not isinstance(module, nn.Conv2d):
+            continue
+        reads, weight_scale = others.pop(name)
+        weight, bias = tensors[f"{name}.weight"], tensors[f"{name}.bias"]
+        layer = SimulatedConv2d(weight, bias, reads, weight_scale, module.stride, module.groups)
+        parent, _, own = name.rpartition(".")
+        setattr(network.get_submodule(parent), own, layer)
+    return others
+
+
 def quantization_of(image):
     """(scale, zero point) for the values of an image, 0 among them."""
     low, high = min(float(image.min()), 0.0), max(float(image.max()), 0.0)

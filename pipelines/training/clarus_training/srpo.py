@@ -33,8 +33,17 @@ class Srpo(nn.Module):
     def offsets(self, color):
         """Raw offsets [N, 2, H, W] in render pixels."""
         *layers, last = self.conv
-        x = F.interpolate(through(layers, color), scale_factor=self.scale, mode="nearest")
+        x = through(layers, color)
+        if self.folded:
+            return F.pixel_shuffle(last(x), self.scale).to(color.dtype)
+        x = F.interpolate(x, scale_factor=self.scale, mode="nearest")
         return last(x).to(color.dtype)
+
+    @property
+    def folded(self):
+        """Whether the last layer has the sums of its taps that fall on one pixel, of each of the pixels that it makes,
+        as files in whole numbers do."""
+        return self.conv[-1].weight.shape[0] != 2
 
     def step(self, frame, state=None, ahead=None, inside=None):
         raw = self.offsets(frame.color)
@@ -44,6 +53,15 @@ class Srpo(nn.Module):
         if inside is not None:
             inside.update(raw=raw, offsets=offsets, projected=projected, mask=mask)
         return output, None
+
+
+def load_model(tensors, metadata):
+    """The network of a model file's content."""
+    network = create(scale=int(metadata["scale"]))
+    outputs, inputs, size, _ = tensors["conv.2.weight"].shape
+    network.conv[-1] = nn.Conv2d(inputs, outputs, size, padding=size // 2)
+    network.load_state_dict(tensors)
+    return network
 
 
 def rounded(offsets):

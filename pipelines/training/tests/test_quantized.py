@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import torch
 
-from clarus_training import golden, model_file, quantized, safetensors
+from clarus_training import golden, model_file, onnx, quantized, safetensors
 from clarus_training.frame import Frame
 
 
@@ -81,3 +81,32 @@ class Files(unittest.TestCase):
             safetensors.save(path, {"first.weight": np.zeros((1, 1, 1, 1), np.int8)}, dict(pipeline="srpo", scale="2"))
             with self.assertRaisesRegex(SystemExit, "is quantized"):
                 model_file.load(path)
+
+
+class Simulated(unittest.TestCase):
+    def test_a_layer_is_the_same_but_for_rounding(self):
+        rng = np.random.default_rng(4)
+        weight, bias = rng.normal(size=(5, 4, 3, 3)).astype(np.float32), rng.normal(size=5).astype(np.float32)
+        tensors = quantized.quantize(weight, bias, np.float32(0.02), 40)
+        floats, layers = quantized.in_floats({f"body.0.{name}": array for name, array in tensors.items()})
+        reads, weight_scale = layers["body.0"]
+        simulated = quantized.SimulatedConv2d(floats["body.0.weight"], floats["body.0.bias"], reads, weight_scale)
+        image = torch.from_numpy(rng.uniform(-1, 5, (1, 4, 9, 7)).astype(np.float32))
+        exact = quantized.QuantizedConv2d(tensors)(image).float()
+        torch.testing.assert_close(simulated(image), exact, rtol=1e-5, atol=1e-5)
+
+    def test_shipped_networks_in_whole_numbers_do_much_what_those_in_floats_do(self):
+        weights = os.path.join(os.path.dirname(__file__), "../..")
+        for name, layers in (("srpo/weights/srpo-x2", 3), ("mnss/weights/mnss-x2", 7), ("enss/weights/enss-s-x2", 1)):
+            with self.subTest(name):
+                network = model_file.load(f"{weights}/{name}-int8.safetensors", simulated=True)
+                made = [module for module in network.modules() if isinstance(module, quantized.SimulatedConv2d)]
+                self.assertEqual(len(made), layers)
+                self.assertEqual(sorted(network.quantized), ["first", "last"] * ("enss" in name))
+                frame = onnx.smooth_frame(network, (24, 18))
+                with torch.no_grad():
+                    plain = model_file.load(f"{weights}/{name}.safetensors")
+                    outputs = [each.step(frame)[0] for each in (network, plain)]
+                off = (outputs[0] - outputs[1]).abs()
+                self.assertLess(float(off.quantile(0.9)), 0.02)
+                self.assertGreater(float(off.max()), 0)
