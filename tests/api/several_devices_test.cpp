@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <future>
 #include <random>
 #include <string>
 #include <vector>
@@ -53,6 +54,25 @@ TEST_CASE("a network that is cut anywhere computes the same bits") {
                 CHECK(film.run(upscaler).front() == expected.front());  // it goes on, from a reset
             }
         }
+    }
+}
+
+TEST_CASE("streams that share devices, each on a thread of its own, compute the same bits") {
+    const test::Golden golden("mnss_x2_checked");
+    for (const Device& device : {test_device(), of_one_context(), of_two_contexts()}) {
+        const bool cuts = device.contexts().size() > 1;
+        Film film(golden);
+        Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
+        const Images expected = film.run(alone);
+        std::vector<std::future<Images>> streams;
+        for (int stream = 0; stream < 4; ++stream)
+            streams.push_back(std::async(std::launch::async, [&, stream] {
+                Film own(golden);
+                const std::string rules = stream % 2 == 0 ? "*convolution*=1" : "blending*=1";
+                Upscaler upscaler(device, golden.model, golden.render, options_for(golden, cuts ? rules : "auto"));
+                return own.run(upscaler);
+            }));
+        for (std::future<Images>& stream : streams) CHECK(stream.get() == expected);
     }
 }
 

@@ -49,8 +49,8 @@ class Context;
 }
 
 /// A device with a context, a queue and a cache of compiled programs, or several that work on a network together
-/// (StreamOptions::placement). A handle: copies mean the same device. Upscalers of one Device may be used from one
-/// thread at a time; different Devices are independent.
+/// (StreamOptions::placement). A handle: copies mean the same device. Upscalers of one Device may
+/// be used from several threads, each from one at a time (clarus/upscaler.h).
 class Device {
   public:
     /// `selector`: "auto" (a GPU, else a DSP, else a CPU; the most compute units first), a class ("gpu", "cpu", "dsp"),

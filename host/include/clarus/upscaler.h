@@ -38,8 +38,10 @@ struct UpscalerOptions : StreamOptions {
     std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
 };
 
-/// Runs one model on one stream of frames. Not thread-safe: one thread at a time; several upscalers are independent,
-/// also on one Device if their calls do not overlap.
+/// Runs one model on one stream of frames. Not thread-safe: one thread at a time. Several upscalers are independent,
+/// also on one Device: each has queues of its own there, so that devices take their frames in turns, as they are ready;
+/// but on a Device that was adopted with an in-order queue, where frames of all go one after the other and their calls
+/// must not overlap.
 class Upscaler {
   public:
     /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose
