@@ -27,6 +27,8 @@ class Program {
         CHECK(code >= 0);
         return code;
     }
+    /// Waits, where a signal may have ended it.
+    void ended() { process_.result(); }
     void kill() { process_.kill(); }
     void interrupt() const { process_.signal(SIGINT); }
 
