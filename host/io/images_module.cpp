@@ -25,6 +25,18 @@ std::string one_line(std::string message) {
     return message.empty() ? "the file is damaged" : message;
 }
 
+struct Window {
+    int x, y, width, height;
+};
+
+/// What of the plane a viewer shows: of OpenEXR the display window, in which the pixels that are there may be fewer, or
+/// more; of other formats all pixels.
+Window shown_window(const OIIO::ImageInput& input) {
+    const OIIO::ImageSpec& spec = input.spec();
+    if (std::string_view(input.format_name()) != "openexr") return {spec.x, spec.y, spec.width, spec.height};
+    return {spec.full_x, spec.full_y, spec.full_width, spec.full_height};
+}
+
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
     require_file(path);
     OIIO::ImageSpec request;
@@ -33,11 +45,14 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
     if (!input) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(OIIO::geterror()));
 
     const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
+    const Window shown = shown_window(*input);
+    if (spec.width < 1 || spec.height < 1 || shown.width < 1 || shown.height < 1 || spec.nchannels < 1 ||
+        spec.depth > 1 || spec.deep)
         fail(ErrorKind::file, "cannot read image {}: not a flat two-dimensional image", path.string());
-    if (int64_t{spec.width} * spec.height > largest_pixel_count || spec.nchannels > 64)
+    if (std::max(int64_t{spec.width} * spec.height, int64_t{shown.width} * shown.height) > largest_pixel_count ||
+        spec.nchannels > 64)
         fail(ErrorKind::file, "cannot read image {}: {}x{} pixels with {} channels are too many", path.string(),
-             spec.width, spec.height, spec.nchannels);
+             std::max(spec.width, shown.width), std::max(spec.height, shown.height), spec.nchannels);
     return input;
 }
 
@@ -73,6 +88,22 @@ OIIO::ImageBuf wrap(const Pixels& pixels) {
             const_cast<float*>(pixels.values.data())};
 }
 
+/// The window of a plane in which the image begins at (0, 0) and is 0 outside.
+Pixels part_of(const Pixels& pixels, const Window& window) {
+    Pixels part{{window.width, window.height}, pixels.channels, {}};
+    part.values.resize(static_cast<size_t>(window.width) * window.height * pixels.channels);
+    const int64_t left = std::max(0, window.x);
+    const int64_t right = std::min<int64_t>(pixels.size.width, int64_t{window.x} + window.width);
+    for (int64_t y = 0; y < window.height && left < right; ++y) {
+        const int64_t row = window.y + y;
+        if (row < 0 || row >= pixels.size.height) continue;
+        const float* from = pixels.values.data() + (row * pixels.size.width + left) * pixels.channels;
+        std::copy_n(from, (right - left) * pixels.channels,
+                    part.values.begin() + (y * window.width + left - window.x) * pixels.channels);
+    }
+    return part;
+}
+
 class OpenImageIo final : public ImageModule {
   public:
     ImageHeader read_header(const std::filesystem::path& path) const override;
@@ -84,8 +115,9 @@ class OpenImageIo final : public ImageModule {
 };
 
 ImageHeader OpenImageIo::read_header(const std::filesystem::path& path) const {
-    const OIIO::ImageSpec spec = open(path)->spec();
-    return {{spec.width, spec.height}, spec.nchannels};
+    const auto input = open(path);
+    const Window shown = shown_window(*input);
+    return {{shown.width, shown.height}, input->spec().nchannels};
 }
 
 Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels) const {
@@ -95,6 +127,9 @@ Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels) c
     pixels.values.resize(spec.image_pixels() * pixels.channels);
     if (!input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data()))
         fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
+    const auto [x, y, width, height] = shown_window(*input);
+    if (x != spec.x || y != spec.y || Size{width, height} != pixels.size)
+        return part_of(pixels, {x - spec.x, y - spec.y, width, height});
     return pixels;
 }
 

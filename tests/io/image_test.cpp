@@ -1,5 +1,6 @@
 #include "io/image.h"
 
+#include <OpenImageIO/imageio.h>
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -99,6 +100,32 @@ TEST_CASE("EXR holds floats exactly, beyond [0, 1] too, and halves to half's pre
         for (size_t i = 0; i < halves.values.size(); ++i)
             REQUIRE(halves.values[i] == doctest::Approx(image.values[i]).epsilon(1.0 / 2048));
     }
+}
+
+TEST_CASE("of an EXR that has fewer pixels than are shown, or others, what is shown is read") {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder / "windows.exr";
+    const std::vector<float> values(4 * 3 * 3, 0.5f);  // 4x3 pixels from (−1, 1) on, of a picture of 5x4 from (0, 0)
+    OIIO::ImageSpec spec(4, 3, 3, OIIO::TypeDesc::FLOAT);
+    spec.x = -1;
+    spec.y = 1;
+    spec.full_x = spec.full_y = 0;
+    spec.full_width = 5;
+    spec.full_height = 4;
+    const auto output = OIIO::ImageOutput::create(path.string());
+    REQUIRE(output->open(path.string(), spec));
+    REQUIRE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+    REQUIRE(output->close());
+
+    CHECK(read_image_header(path).size == Size{5, 4});
+    const Pixels pixels = read_image(path);
+    REQUIRE(pixels.size == Size{5, 4});
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x) {
+            CAPTURE(x);
+            CAPTURE(y);
+            CHECK(pixels.at(x, y, 1) == (x < 3 && y >= 1 ? 0.5f : 0));
+        }
 }
 
 TEST_CASE("values that are not finite") {
