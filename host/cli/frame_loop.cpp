@@ -97,6 +97,7 @@ class FrameLoop {
         slot.frame = std::move(*frame);
         slot.result = {};
         slot.result.name = slot.frame.name;
+        slot.result.colors_without_numbers = slot.frame.colors_without_numbers;
         slot.result.file = output_.file(slot.frame.name);
         return true;
     }

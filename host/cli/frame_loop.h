@@ -44,6 +44,7 @@ struct FrameResult {
     std::string name;
     std::filesystem::path file;
     unsigned invalid_motion_vectors = 0;
+    size_t colors_without_numbers = 0;  // pixels, of files
     std::optional<metrics::FrameQuality> quality;
 };
 

@@ -1,11 +1,23 @@
 #include "cli/frame_source.h"
 
+#include <cmath>
 #include <utility>
 
 #include "cli/frame_description.h"
 #include "cli/interrupt.h"
 
 namespace clarus::cli {
+
+namespace {
+
+size_t colors_without_numbers(const io::Pixels& color) {
+    size_t count = 0;
+    for (size_t i = 0; i + 2 < color.values.size(); i += color.channels)
+        count += std::isnan(color.values[i]) || std::isnan(color.values[i + 1]) || std::isnan(color.values[i + 2]);
+    return count;
+}
+
+}  // namespace
 
 SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead)
     : sequence_(sequence), reader_(sequence, 0, sequence.frames.size(), want_motion, want_reference, ahead) {}
@@ -19,6 +31,7 @@ std::optional<SourceFrame> SequenceSource::next() {
     SourceFrame frame;
     frame.name = files.name;
     frame.inputs = describe_frame(sequence_, files, *pixels);
+    frame.colors_without_numbers = colors_without_numbers(pixels->color);
     frame.reference = std::move(pixels->reference);
     frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;

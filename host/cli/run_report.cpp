@@ -87,6 +87,15 @@ void RunReport::warn_of_input() const {
             "{} motion vectors in {} of {} frames are invalid (not finite, or longer than the "
             "image's diagonal); where they are used there is no history",
             vectors, affected, frames.size());
+    size_t colors = 0, colored = 0;
+    for (const FrameResult& frame : frames) {
+        colors += frame.colors_without_numbers;
+        colored += frame.colors_without_numbers > 0;
+    }
+    if (colors > 0)
+        log(LogLevel::warning,
+            "{} pixels in {} of {} frames have a colour that is not a number (NaN), which counts as 0: black", colors,
+            colored, frames.size());
 }
 
 void RunReport::print_summary() const {
