@@ -45,6 +45,7 @@ struct FrameResult {
     std::filesystem::path file;
     unsigned invalid_motion_vectors = 0;
     size_t colors_without_numbers = 0;  // pixels, of files
+    bool is_depth_beyond_far = false;   // most of it, of files
     std::optional<metrics::FrameQuality> quality;
 };
 

@@ -1,5 +1,6 @@
 #include "cli/frame_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -17,6 +18,12 @@ size_t colors_without_numbers(const io::Pixels& color) {
     return count;
 }
 
+// A sky may be anywhere.
+bool is_beyond_far(const io::Pixels& depth) {
+    const auto beyond = std::ranges::count_if(depth.values, [](float value) { return value > 1; });
+    return 2 * static_cast<size_t>(beyond) > depth.values.size();
+}
+
 }  // namespace
 
 SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead)
@@ -32,6 +39,7 @@ std::optional<SourceFrame> SequenceSource::next() {
     frame.name = files.name;
     frame.inputs = describe_frame(sequence_, files, *pixels);
     frame.colors_without_numbers = colors_without_numbers(pixels->color);
+    frame.is_depth_beyond_far = is_beyond_far(pixels->depth);
     frame.reference = std::move(pixels->reference);
     frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;

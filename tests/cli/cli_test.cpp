@@ -719,6 +719,46 @@ TEST_CASE("colours that are not numbers are told") {
     CHECK_MESSAGE(contains(compared.err, "1 of the 4 images"), compared.err);
 }
 
+TEST_CASE("what a sequence hardly means is told, once") {
+    const Workplace place;
+    const json description = place.description();
+    const auto told = [&](const json& changed, const std::string& model, const std::string& what) {
+        place.describe(changed);
+        const Outcome outcome = place.upscale(model);
+        CHECK(outcome.exit_code == 0);
+        CHECK_MESSAGE(contains(outcome.err, what), outcome.err);
+        CHECK_MESSAGE(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1, outcome.err);
+    };
+    CHECK(place.upscale("bicubic").err == "");
+    json uv = description;
+    for (json& frame : uv["frames"]) frame["jitter"] = {0.4 / render_size.width, -0.4 / render_size.height};
+    told(uv, "bicubic", "jitter is in render pixels");
+    json jittered = description;
+    for (json& frame : jittered["frames"]) frame["jitter"] = {0.25, -0.25};
+    told(jittered, CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors", "does not take jitter out");
+    const fs::path color = place.sequence() / description["frames"][0]["color"].get<std::string>();
+    const io::Pixels opaque = io::read_image(color);
+    io::write_image(color, noise(render_size, 4, 0, 1, 1), io::SampleType::u8);
+    told(description, "bicubic", "alpha, which is not upscaled");
+    io::write_image(color, opaque, io::SampleType::u8);
+    for (const json& frame : description["frames"])
+        io::write_image(place.sequence() / frame["depth"].get<std::string>(), noise(render_size, 1, 5, 50, 1),
+                        io::SampleType::f32);
+    const Outcome metres = place.upscale(network);
+    CHECK_MESSAGE(contains(metres.err, "in 4 of 4 frames most of the depth is above 1"), metres.err);
+}
+
+TEST_CASE("upscale and compare have the same figures of the same files") {
+    const Workplace place;
+    const fs::path report = place / "report.json";
+    REQUIRE(place.upscale("bicubic", {"--report", report.string()}).exit_code == 0);
+    const json by_upscale = json::parse(io::read_file(report))["quality"];
+    const json by_compare =
+        json::parse(run_tool({"compare", place.output().string(), place.sequence().string(), "--json"}).out);
+    for (const char* figure : {"psnr", "pooled_psnr", "ssim"})
+        CHECK(by_upscale[figure].get<double>() == doctest::Approx(by_compare[figure].get<double>()).epsilon(1e-6));
+}
+
 TEST_CASE("compare prints the metrics of the files") {
     const Workplace place;
     REQUIRE(place.upscale("bicubic").exit_code == 0);
