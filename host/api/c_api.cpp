@@ -1,12 +1,15 @@
-#include <CL/cl.h>
-
+#include <algorithm>
+#include <chrono>
 #include <exception>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
+#include "cl/error.h"
 #include "clarus/clarus.h"
 #include "clarus/error.h"
 #include "clarus/interpolator.h"
@@ -54,6 +57,13 @@ clarus_status status_of(clarus::ErrorKind kind) {
     return CLARUS_INTERNAL;
 }
 
+/// What a pointer points to. Errors: invalid_argument, naming the argument, where it is null.
+template <typename T>
+T& given(T* pointer, const char* name) {
+    if (!pointer) clarus::fail(clarus::ErrorKind::invalid_argument, "{} is NULL", name);
+    return *pointer;
+}
+
 /// No exception crosses into C.
 template <typename F>
 clarus_status guarded(F&& f) {
@@ -66,10 +76,44 @@ clarus_status guarded(F&& f) {
     } catch (const std::bad_alloc& error) {
         last_error = error.what();
         return CLARUS_OUT_OF_MEMORY;
+    } catch (const cl::Error& error) {
+        last_error = std::string("OpenCL's ") + error.what() + " says " + clarus::ocl::status_name(error.err());
+        return CLARUS_DEVICE;
+    } catch (const std::system_error& error) {
+        last_error = std::string("the system refuses, threads or memory perhaps: ") + error.what();
+        return CLARUS_INTERNAL;
     } catch (const std::exception& error) {
         last_error = error.what();
         return CLARUS_INTERNAL;
     }
+}
+
+/// Polls, since OpenCL has no wait that ends. Errors: device where the frame failed.
+bool is_done_within(const clarus::FrameEvent& event, double seconds) {
+    using Clock = std::chrono::steady_clock;
+    const auto begin = Clock::now();
+    for (auto pause = std::chrono::microseconds(50);; pause = std::min(2 * pause, std::chrono::microseconds(2000))) {
+        cl_int status = CL_COMPLETE;
+        const cl_event handle = event.get();
+        if (clGetEventInfo(handle, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr) != CL_SUCCESS ||
+            status <= CL_COMPLETE) {
+            event.wait();
+            return true;
+        }
+        if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) return false;
+        std::this_thread::sleep_for(pause);
+    }
+}
+
+template <typename Stream>
+clarus_status wait_for(Stream* stream, const char* name, double seconds, int* done) {
+    return guarded([&] {
+        int& is_done = given(done, "done");
+        const std::optional<clarus::FrameEvent>& last = given(stream, name).last;
+        if (!(seconds >= 0))
+            clarus::fail(clarus::ErrorKind::invalid_argument, "seconds: {}; must be 0 or more", seconds);
+        is_done = !last || is_done_within(*last, seconds);
+    });
 }
 
 clarus::ImageFormat format(clarus_format from) { return {static_cast<clarus::ElementType>(from.type), from.channels}; }
@@ -100,6 +144,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.fallback = from.fallback != 0;
     if (from.output_width != 0 || from.output_height != 0)
         options.output_size = clarus::Size{from.output_width, from.output_height};
+    if (from.pipeline_option_count > 0) given(from.pipeline_options, "options.pipeline_options");
     for (size_t i = 0; i < from.pipeline_option_count; ++i) {
         const clarus_pipeline_option& option = from.pipeline_options[i];
         if (!option.name)
@@ -123,6 +168,9 @@ clarus::FrameDescription frame_from(const clarus_frame& from) {
     frame.far_plane = from.far_plane;
     frame.reset = from.reset != 0;
     frame.output = image(from.output);
+    if (from.wait_for_count > 0) given(from.wait_for, "frame.wait_for");
+    for (size_t i = 0; i < from.wait_for_count; ++i)
+        if (!from.wait_for[i]) clarus::fail(clarus::ErrorKind::invalid_argument, "frame.wait_for[{}] is NULL", i);
     frame.wait_for = {from.wait_for, from.wait_for_count};
     return frame;
 }
@@ -152,42 +200,55 @@ void clarus_set_log_callback(void (*callback)(clarus_log_level, const char*, voi
 }
 
 clarus_status clarus_device_open(const char* selector, clarus_device** device) {
-    return guarded([&] { *device = new clarus_device{clarus::Device::open(selector ? selector : "auto")}; });
+    return guarded([&] {
+        clarus_device*& opened = given(device, "device");
+        opened = new clarus_device{clarus::Device::open(selector ? selector : "auto")};
+    });
 }
 
 clarus_status clarus_device_adopt(cl_context context, cl_device_id id, cl_command_queue queue, clarus_device** device) {
-    return guarded([&] { *device = new clarus_device{clarus::Device::adopt(context, id, queue)}; });
+    return guarded([&] {
+        clarus_device*& adopted = given(device, "device");
+        adopted = new clarus_device{clarus::Device::adopt(context, id, queue)};
+    });
 }
 
 clarus_status clarus_device_together(const clarus_device* const* devices, size_t count, clarus_device** device) {
     return guarded([&] {
+        clarus_device*& all = given(device, "device");
+        if (count > 0) given(devices, "devices");
         std::vector<clarus::Device> together;
-        for (size_t index = 0; index < count; ++index) together.push_back(devices[index]->device);
-        *device = new clarus_device{clarus::Device::together(together)};
+        for (size_t index = 0; index < count; ++index)
+            together.push_back(given(devices[index], "one of the devices").device);
+        all = new clarus_device{clarus::Device::together(together)};
     });
 }
 
-size_t clarus_device_count(const clarus_device* device) { return device->profiles.size(); }
+size_t clarus_device_count(const clarus_device* device) { return device ? device->profiles.size() : 0; }
 
 const char* clarus_device_selector(const clarus_device* device, size_t index) {
-    return device->profiles[index].selector.c_str();
+    return index < clarus_device_count(device) ? device->profiles[index].selector.c_str() : nullptr;
 }
 
 void clarus_device_release(clarus_device* device) { delete device; }
 
 clarus_status clarus_model_find(const char* name_or_path, double scale, clarus_model** model) {
-    return guarded([&] { *model = new clarus_model{clarus::Model::find(name_or_path, scale)}; });
+    return guarded([&] {
+        clarus_model*& found = given(model, "model");
+        found = new clarus_model{clarus::Model::find(&given(name_or_path, "name_or_path"), scale)};
+    });
 }
 
 void clarus_model_scales(const clarus_model* model, double* smallest, double* largest) {
-    const clarus::ScaleRange scales = model->model.scales();
-    *smallest = scales.smallest;
-    *largest = scales.largest;
+    const clarus::ScaleRange scales = model ? model->model.scales() : clarus::ScaleRange{0, 0};
+    if (smallest) *smallest = scales.smallest;
+    if (largest) *largest = scales.largest;
 }
 
-size_t clarus_model_option_count(const clarus_model* model) { return model->model.options().size(); }
+size_t clarus_model_option_count(const clarus_model* model) { return model ? model->model.options().size() : 0; }
 
 clarus_option_description clarus_model_option(const clarus_model* model, size_t index) {
+    if (index >= clarus_model_option_count(model)) return {};
     const clarus::PipelineOption& option = model->model.options()[index];
     return {option.name.c_str(), option.help.c_str(), option.smallest, option.largest, option.usual, option.whole};
 }
@@ -216,50 +277,58 @@ clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_m
                                      int render_height, const clarus_options* options, clarus_upscaler** upscaler) {
     return guarded([&] {
         const clarus_options used = options ? *options : clarus_default_options();
-        *upscaler = new clarus_upscaler{
-            clarus::Upscaler(device->device, model->model, {render_width, render_height}, options_from(used)), {}};
+        clarus_upscaler*& created = given(upscaler, "upscaler");
+        created = new clarus_upscaler{clarus::Upscaler(given(device, "device").device, given(model, "model").model,
+                                                       {render_width, render_height}, options_from(used)),
+                                      {}};
     });
 }
 
 void clarus_upscaler_release(clarus_upscaler* upscaler) { delete upscaler; }
 
 void clarus_upscaler_output_size(const clarus_upscaler* upscaler, int* width, int* height) {
-    const clarus::Size size = upscaler->upscaler.output_size();
-    *width = size.width;
-    *height = size.height;
+    const clarus::Size size = upscaler ? upscaler->upscaler.output_size() : clarus::Size{};
+    if (width) *width = size.width;
+    if (height) *height = size.height;
 }
 
 clarus_status clarus_upscaler_output_size_of(const clarus_upscaler* upscaler, int render_width, int render_height,
                                              int* width, int* height) {
     return guarded([&] {
-        const clarus::Size size = upscaler->upscaler.output_size({render_width, render_height});
-        *width = size.width;
-        *height = size.height;
+        const clarus::Size size = given(upscaler, "upscaler").upscaler.output_size({render_width, render_height});
+        if (width) *width = size.width;
+        if (height) *height = size.height;
     });
 }
 
 clarus_memory clarus_upscaler_memory(const clarus_upscaler* upscaler) {
-    return memory(upscaler->upscaler.memory_requirements());
+    return upscaler ? memory(upscaler->upscaler.memory_requirements()) : clarus_memory{};
 }
 
 clarus_status clarus_upscaler_prepare(clarus_upscaler* upscaler) {
-    return guarded([&] { upscaler->upscaler.prepare(); });
+    return guarded([&] { given(upscaler, "upscaler").upscaler.prepare(); });
 }
 
 clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* from, cl_event* done) {
     return guarded([&] {
-        upscaler->last = upscaler->upscaler.submit(frame_from(*from));
-        hand_out(*upscaler->last, done);
+        clarus_upscaler& used = given(upscaler, "upscaler");
+        used.last = used.upscaler.submit(frame_from(given(from, "frame")));
+        hand_out(*used.last, done);
     });
 }
 
 clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler) {
     return guarded([&] {
-        if (upscaler->last) upscaler->last->wait();
+        if (given(upscaler, "upscaler").last) upscaler->last->wait();
     });
 }
 
+clarus_status clarus_upscaler_wait_for(clarus_upscaler* upscaler, double seconds, int* done) {
+    return wait_for(upscaler, "upscaler", seconds, done);
+}
+
 size_t clarus_upscaler_part_count(clarus_upscaler* upscaler) {
+    if (!upscaler) return 0;
     upscaler->parts = upscaler->upscaler.placement();
     upscaler->stages.clear();
     for (const clarus::PlacedPart& part : upscaler->parts) {
@@ -270,47 +339,59 @@ size_t clarus_upscaler_part_count(clarus_upscaler* upscaler) {
 }
 
 clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t index) {
+    if (!upscaler || index >= upscaler->parts.size()) return {};
     const clarus::PlacedPart& part = upscaler->parts[index];
     const std::vector<const char*>& stages = upscaler->stages[index];
     return {part.device, stages.data(), stages.size(), part.seconds, part.bytes_in};
 }
 
-void clarus_upscaler_reset(clarus_upscaler* upscaler) { upscaler->upscaler.reset(); }
+void clarus_upscaler_reset(clarus_upscaler* upscaler) {
+    if (upscaler) upscaler->upscaler.reset();
+}
 
 clarus_status clarus_interpolator_create(const clarus_device* device, int render_width, int render_height,
                                          int output_width, int output_height, const clarus_options* options,
                                          clarus_interpolator** interpolator) {
     return guarded([&] {
         const clarus_options used = options ? *options : clarus_default_options();
-        *interpolator = new clarus_interpolator{clarus::Interpolator(device->device, {render_width, render_height},
-                                                                     {output_width, output_height}, options_from(used)),
-                                                {}};
+        clarus_interpolator*& created = given(interpolator, "interpolator");
+        created =
+            new clarus_interpolator{clarus::Interpolator(given(device, "device").device, {render_width, render_height},
+                                                         {output_width, output_height}, options_from(used)),
+                                    {}};
     });
 }
 
 void clarus_interpolator_release(clarus_interpolator* interpolator) { delete interpolator; }
 
 clarus_memory clarus_interpolator_memory(const clarus_interpolator* interpolator) {
-    return memory(interpolator->interpolator.memory_requirements());
+    return interpolator ? memory(interpolator->interpolator.memory_requirements()) : clarus_memory{};
 }
 
 clarus_status clarus_interpolator_prepare(clarus_interpolator* interpolator) {
-    return guarded([&] { interpolator->interpolator.prepare(); });
+    return guarded([&] { given(interpolator, "interpolator").interpolator.prepare(); });
 }
 
 clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, const clarus_frame* from, cl_event* done) {
     return guarded([&] {
-        interpolator->last = interpolator->interpolator.submit(frame_from(*from));
-        hand_out(*interpolator->last, done);
+        clarus_interpolator& used = given(interpolator, "interpolator");
+        used.last = used.interpolator.submit(frame_from(given(from, "frame")));
+        hand_out(*used.last, done);
     });
 }
 
 clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator) {
     return guarded([&] {
-        if (interpolator->last) interpolator->last->wait();
+        if (given(interpolator, "interpolator").last) interpolator->last->wait();
     });
 }
 
-void clarus_interpolator_reset(clarus_interpolator* interpolator) { interpolator->interpolator.reset(); }
+clarus_status clarus_interpolator_wait_for(clarus_interpolator* interpolator, double seconds, int* done) {
+    return wait_for(interpolator, "interpolator", seconds, done);
+}
+
+void clarus_interpolator_reset(clarus_interpolator* interpolator) {
+    if (interpolator) interpolator->interpolator.reset();
+}
 
 }  // extern "C"

@@ -14,6 +14,9 @@ namespace clarus {
 namespace {
 
 void check_format(std::string_view name, const ImageFormat& format, int least, int most) {
+    if (format.type < ElementType::u8 || format.type > ElementType::d24)
+        fail(ErrorKind::invalid_argument, "options.{}: there is no element type {}", name,
+             static_cast<int>(format.type));
     if (format.channels < least || format.channels > most)
         fail(ErrorKind::invalid_argument, "options.{}: {} channels; from {} to {} are possible", name, format.channels,
              least, most);
@@ -23,18 +26,42 @@ void check_format(std::string_view name, const ImageFormat& format, int least, i
              format.channels, packed);
 }
 
+void check_motion_scale(std::string_view name, Vec2 scale) {
+    if (!std::isfinite(scale.x) || !std::isfinite(scale.y))
+        fail(ErrorKind::invalid_argument, "{}: ({}, {}); must be finite", name, scale.x, scale.y);
+}
+
+template <typename Enum>
+void check_word(std::string_view name, Enum value, Enum last) {
+    if (value < Enum{} || value > last)
+        fail(ErrorKind::invalid_argument, "options.{}: there is no {}", name, static_cast<int>(value));
+}
+
 bool is_real(ElementType type) { return type == ElementType::f16 || type == ElementType::f32; }
 
-void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context) {
+/// Which way a frame's image goes.
+enum class Use { input, output };
+
+void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context, Use use) {
     if (!context)
         fail(ErrorKind::invalid_argument,
              "frame.{}: a buffer, and the devices at work share no context; give host memory", name);
     size_t size = 0;
     cl_context owner = nullptr;
-    const bool known = clGetMemObjectInfo(image.buffer, CL_MEM_SIZE, sizeof(size), &size, nullptr) == CL_SUCCESS &&
-                       clGetMemObjectInfo(image.buffer, CL_MEM_CONTEXT, sizeof(owner), &owner, nullptr) == CL_SUCCESS;
-    if (!known || owner != context)
-        fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context", name);
+    cl_mem_object_type type = 0;
+    cl_mem_flags flags = 0;
+    const auto ask = [&](cl_mem_info what, auto& answer) {
+        return clGetMemObjectInfo(image.buffer, what, sizeof(answer), &answer, nullptr) == CL_SUCCESS;
+    };
+    const bool known =
+        ask(CL_MEM_SIZE, size) && ask(CL_MEM_CONTEXT, owner) && ask(CL_MEM_TYPE, type) && ask(CL_MEM_FLAGS, flags);
+    if (!known || owner != context || type != CL_MEM_OBJECT_BUFFER)
+        fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context{}", name,
+             known && type != CL_MEM_OBJECT_BUFFER ? ", but an image" : "");
+    if (use == Use::output && (flags & CL_MEM_READ_ONLY))
+        fail(ErrorKind::invalid_argument, "frame.{}: the buffer is CL_MEM_READ_ONLY", name);
+    if (use == Use::input && (flags & CL_MEM_WRITE_ONLY))
+        fail(ErrorKind::invalid_argument, "frame.{}: the buffer is CL_MEM_WRITE_ONLY", name);
     if (bytes > size || first > size - bytes)
         fail(ErrorKind::invalid_argument, "frame.{}: the buffer has {} bytes; {} at offset {} are needed", name, size,
              bytes, first);
@@ -42,7 +69,8 @@ void check_buffer(std::string_view name, const Image& image, size_t first, size_
         fail(ErrorKind::invalid_argument, "frame.{}: offset {} is beyond 4 GiB; make a sub-buffer", name, first);
 }
 
-void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size, cl_context context) {
+void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size, cl_context context,
+                 Use use = Use::input) {
     if (image.empty()) fail(ErrorKind::invalid_argument, "frame.{}: neither host memory nor a buffer", name);
     if (image.host && image.buffer)
         fail(ErrorKind::invalid_argument, "frame.{}: host memory and a buffer; give one", name);
@@ -69,7 +97,7 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
     if (image.buffer)
         check_buffer(name, image, first_byte(image, format), row_pitch(image, format) * (size.height - 1) + tight,
-                     context);
+                     context, use);
 }
 
 void check_optional(std::string_view name, const Image& image, Size render, Size output) {
@@ -82,6 +110,10 @@ void check_optional(std::string_view name, const Image& image, Size render, Size
 
 void check_options(const runtime::PlanOptions& options, const graph::Graph& graph) {
     constexpr int kMostChannels = 16;
+    check_word("precision", options.precision, Precision::automatic);
+    check_word("tuning", options.tuning, Tuning::obvious);
+    check_word("color_space", options.color_space, ColorSpace::linear);
+    check_motion_scale("options.motion.scale", options.motion.scale);
     check_format("color_format", options.color_format, 3, kMostChannels);
     check_format("depth_format", options.depth_format, 1, kMostChannels);
     check_format("motion_format", options.motion_format, 2, kMostChannels);
@@ -108,12 +140,14 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
     check_image("color", frame.color, options.color_format, sizes.color, context);
     if (needs.depth) check_image("depth", frame.depth, options.depth_format, sizes.render, context);
     if (needs.motion) check_image("motion", frame.motion, options.motion_format, sizes.render, context);
-    check_image("output", frame.output, options.output_format, sizes.output, context);
+    check_image("output", frame.output, options.output_format, sizes.output, context, Use::output);
     if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
         fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
              frame.jitter.x, frame.jitter.y);
-    if (!(frame.exposure > 0) || !std::isfinite(frame.exposure))
-        fail(ErrorKind::invalid_argument, "frame.exposure: {}; must be greater than 0", frame.exposure);
+    if (!(frame.exposure >= std::numeric_limits<float>::min()) || !std::isfinite(frame.exposure))
+        fail(ErrorKind::invalid_argument, "frame.exposure: {}; must be greater than 0 and a normal number",
+             frame.exposure);
+    if (frame.motion_scale) check_motion_scale("frame.motion_scale", *frame.motion_scale);
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);

@@ -17,8 +17,8 @@ std::string cache_directory() {
     if (const auto folder = variable("XDG_CACHE_HOME"); folder.is_absolute()) return (folder / "clarus").string();
     std::filesystem::path home = variable("HOME");
     if (home.empty())
-        if (const passwd* user = getpwuid(getuid())) home = user->pw_dir;
-    return (home / ".cache" / "clarus").string();
+        if (const passwd* user = getpwuid(getuid()); user && user->pw_dir) home = user->pw_dir;
+    return home.is_absolute() ? (home / ".cache" / "clarus").string() : std::string();
 }
 
 }  // namespace clarus

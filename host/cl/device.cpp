@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 
 #include "base/log.h"
 #include "cl/context.h"
@@ -12,7 +13,18 @@
 
 namespace clarus {
 
+namespace {
+
+/// Drivers and the loader prepare themselves at the first call, and some do so badly on several threads at once.
+std::recursive_mutex& first_calls() {
+    static std::recursive_mutex instance;
+    return instance;
+}
+
+}  // namespace
+
 std::vector<DeviceProfile> list_devices() {
+    const std::lock_guard lock(first_calls());
     std::vector<DeviceProfile> profiles;
     for (const ocl::PlacedDevice& placed : ocl::placed_devices()) {
         try {
@@ -39,6 +51,7 @@ DeviceProfile profile_as(const ocl::SelectedDevice& selected) {
 }  // namespace
 
 Device Device::open(std::string_view selector) {
+    const std::lock_guard lock(first_calls());
     const std::vector<ocl::SelectedDevice> selected = ocl::select_devices(selector);
     return ocl::checked(fmt::format("open the device '{}'", selector), [&] {
         std::map<cl_platform_id, std::vector<cl::Device>> platforms;
@@ -58,6 +71,7 @@ Device Device::adopt(cl_context context, cl_device_id device, cl_command_queue q
     if (!context || !device || !queue)
         fail(ErrorKind::invalid_argument,
              "adopting a device takes a context, a device and a queue; one of them is null");
+    const std::lock_guard lock(first_calls());
     return ocl::checked("adopt the caller's device", [&] {
         const cl::Device adopted(device, true);
         const cl::CommandQueue adopted_queue(queue, true);

@@ -1,45 +1,46 @@
 #include "cl/disk_cache.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <xxhash.h>
 
-#include <atomic>
 #include <cstring>
-#include <fstream>
 #include <mutex>
 #include <set>
+#include <span>
+#include <string>
 
 #include "base/log.h"
+#include "base/output_file.h"
+#include "base/private_files.h"
 #include "clarus/device.h"
+#include "clarus/error.h"
 
 namespace clarus::ocl {
 namespace {
 
-constexpr std::array<char, 8> magic = {'C', 'L', 'A', 'R', 'U', 'S', 'C', '1'};
+constexpr std::array<char, 8> magic = {'C', 'L', 'A', 'R', 'U', 'S', 'C', '2'};
 
 struct Header {
     std::array<char, 8> magic;
     CacheKey key;
     std::uint64_t length;  // of what follows, in bytes
-    std::uint64_t hash;    // of what follows, XXH3-64
+    std::uint64_t hash;    // XXH3-64 of the key and what follows: another key's entry is none of this one's
 };
 static_assert(sizeof(Header) == 40);
 
-// Two processes, and two threads of one, write under different names.
-std::filesystem::path temporary_name(const std::filesystem::path& path) {
-    static std::atomic<unsigned> count = 0;
-    std::filesystem::path name = path;
-    name += fmt::format(".{}.{}.tmp", getpid(), count++);
-    return name;
+constexpr size_t kLargestEntry = size_t{1} << 28;  // bytes
+
+std::uint64_t hash_of(const CacheKey& key, std::span<const unsigned char> payload) {
+    std::uint64_t seed = 0;
+    for (const unsigned char byte : key) seed = seed * 0x100000001b3 + byte;
+    return XXH3_64bits_withSeed(payload.data(), payload.size(), seed);
 }
 
-bool write_entry(const std::filesystem::path& path, const Header& header, const std::vector<unsigned char>& payload) {
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(&header), sizeof header);
-    file.write(reinterpret_cast<const char*>(payload.data()), std::streamsize(payload.size()));
-    file.close();
-    return bool(file);
+void write_entry(const std::filesystem::path& path, const Header& header, const std::vector<unsigned char>& payload) {
+    OutputFile file(path);
+    file.write(std::as_bytes(std::span(&header, 1)));
+    file.write(std::as_bytes(std::span(payload)));
+    file.commit();
 }
 
 void warn_once(const std::filesystem::path& folder) {
@@ -50,8 +51,8 @@ void warn_once(const std::filesystem::path& folder) {
         if (!warned.insert(folder).second) return;
     }
     log(LogLevel::warning,
-        "cannot write to the cache folder {}: kernels will be compiled at every start. CLARUS_CACHE_DIR names another "
-        "folder",
+        "cannot write to the cache folder {}: kernels will be compiled at every start. It must be your own, and nobody "
+        "else may write there; CLARUS_CACHE_DIR names another folder",
         folder.string());
 }
 
@@ -77,17 +78,16 @@ std::filesystem::path DiskCache::path(const CacheKey& key) const {
 }
 
 std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) const {
-    std::error_code error;
-    const std::uintmax_t file_size = std::filesystem::file_size(path(key), error);
-    if (error) return std::nullopt;
-
-    std::ifstream file(path(key), std::ios::binary);
+    std::error_code none;
+    if (folder_.empty() || !std::filesystem::exists(std::filesystem::symlink_status(path(key), none)))
+        return std::nullopt;
+    const std::optional<std::string> bytes = read_private_file(path(key), kLargestEntry);
     Header header;
-    if (file.read(reinterpret_cast<char*>(&header), sizeof header) && header.magic == magic && header.key == key &&
-        header.length == file_size - sizeof header) {
-        std::vector<unsigned char> payload(header.length);
-        if (file.read(reinterpret_cast<char*>(payload.data()), std::streamsize(payload.size())) &&
-            header.hash == XXH3_64bits(payload.data(), payload.size()))
+    if (bytes && bytes->size() >= sizeof header) {
+        std::memcpy(&header, bytes->data(), sizeof header);
+        const std::vector<unsigned char> payload(bytes->begin() + sizeof header, bytes->end());
+        if (header.magic == magic && header.key == key && header.length == payload.size() &&
+            header.hash == hash_of(key, payload))
             return payload;
     }
     log(LogLevel::debug, "the cache entry {} is damaged; it is made anew", path(key).string());
@@ -95,21 +95,19 @@ std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) c
 }
 
 void DiskCache::store(const CacheKey& key, const std::vector<unsigned char>& payload) const {
-    const Header header{magic, key, payload.size(), XXH3_64bits(payload.data(), payload.size())};
-    const std::filesystem::path temporary = temporary_name(path(key));
-    std::error_code error;
-    std::filesystem::create_directories(folder_, error);
-    bool stored = write_entry(temporary, header, payload);
-    if (stored) {
-        std::filesystem::rename(temporary, path(key), error);
-        stored = !error;
-    }
-    if (!stored) {
+    if (folder_.empty() || sizeof(Header) + payload.size() > kLargestEntry) return;
+    if (!make_private_folder(folder_)) return warn_once(folder_);
+    try {
+        write_entry(path(key), {magic, key, payload.size(), hash_of(key, payload)}, payload);
+    } catch (const Error& error) {
+        log(LogLevel::debug, "{}", error.what());
         warn_once(folder_);
-        std::filesystem::remove(temporary, error);
     }
 }
 
-std::filesystem::path programs_directory() { return std::filesystem::path(cache_directory()) / "programs"; }
+std::filesystem::path programs_directory() {
+    const std::filesystem::path folder = cache_directory();
+    return folder.empty() ? folder : folder / "programs";
+}
 
 }  // namespace clarus::ocl

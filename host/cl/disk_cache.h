@@ -16,9 +16,10 @@ using CacheKey = std::array<unsigned char, 16>;
 /// Parts are kept apart: {"ab", "c"} and {"a", "bc"} have different keys.
 CacheKey cache_key(std::initializer_list<std::string_view> parts);
 
-/// Blobs in a folder, one file each, that several processes may share: an entry is written under a temporary name and
-/// renamed, and carries its key, length and hash, so that a damaged or foreign one reads as absent. Nothing here throws
-/// for what the disk does: a folder that cannot be written to costs one warning, and nothing is kept.
+/// Blobs in a folder, one file each, that several processes may share: an entry is an OutputFile (base/output_file.h),
+/// and carries its key, length and hash, so that a damaged or foreign one reads as absent, as does one that another
+/// user owns or may write (base/private_files.h). Nothing here throws for what the disk does: a folder that cannot be
+/// written to costs one warning, and nothing is kept; without one (an empty path) nothing is, either.
 class DiskCache {
   public:
     explicit DiskCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -33,7 +34,8 @@ class DiskCache {
     std::filesystem::path folder_;
 };
 
-/// The folder of compiled programs and of what was found out about devices: cache_directory()/programs.
+/// The folder of compiled programs and of what was found out about devices: cache_directory()/programs; empty where
+/// there is none.
 std::filesystem::path programs_directory();
 
 }  // namespace clarus::ocl

@@ -1,6 +1,7 @@
 #include "cli/comparison.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -58,6 +59,28 @@ io::Pixels display_values(const io::Pixels& image, const Reference& reference) {
     return metrics::display_values(image, reference.color_space, reference.exposure);
 }
 
+/// Of the colour: what alpha is does not matter.
+bool are_numbers(const io::Pixels& image) {
+    for (size_t i = 0; i < image.values.size(); i += image.channels)
+        for (int c = 0; c < std::min(image.channels, 3); ++c)
+            if (std::isnan(image.values[i + c])) return false;
+    return true;
+}
+
+/// Headers of references, whose sizes are the sequence's where there is one.
+std::vector<io::ImageHeader> headers_of(std::span<const Reference> references) {
+    std::vector<io::ImageHeader> headers;
+    for (const Reference& reference : references) {
+        headers.push_back(io::read_image_header(reference.file));
+        if (!reference.sequence) continue;
+        const Size is = headers.back().size, expected = reference.sequence->output_size();
+        if (is != expected)
+            fail(ErrorKind::file, "{} has {}x{} pixels where the sequence has {}x{} for the reference",
+                 reference.file.string(), is.width, is.height, expected.width, expected.height);
+    }
+    return headers;
+}
+
 bool is_bicubic(const std::filesystem::path& folder) {
     if (name_of(folder) == "bicubic") return true;
     const std::filesystem::path file = folder / "report.json";
@@ -95,9 +118,12 @@ class Result {
         const std::filesystem::path& file = compared_.files[compared_.frames.size()];
         const io::Pixels image = io::read_image(file);
         io::Pixels pixels = display_values(image, with.reference);
+        const bool had_numbers = std::exchange(has_numbers_, are_numbers(image));
+        frames_without_numbers_ += !has_numbers_;
         try {
             metrics::FrameQuality quality = metrics::measure(pixels, with.expected, with.masks);
-            if (with.inter_frame) quality.if_ssim = with.inter_frame->ssim(previous_, pixels);
+            if (with.inter_frame && has_numbers_ && had_numbers)
+                quality.if_ssim = with.inter_frame->ssim(previous_, pixels);
             if (with.expected_radiance)
                 quality.radiance = metrics::measure_radiance(metrics::exposed_radiance(image, with.reference.exposure),
                                                              *with.expected_radiance);
@@ -112,6 +138,25 @@ class Result {
             fail(ErrorKind::file, "{} against {}: {}", file.string(), with.reference.file.string(), error.what());
         }
         previous_ = std::move(pixels);
+    }
+
+    /// Of every image, before any pixel is read: a small file may claim to be a large picture.
+    void check_sizes(std::span<const Reference> references, std::span<const io::ImageHeader> headers) const {
+        for (size_t i = 0; i < references.size(); ++i) {
+            const Size is = io::read_image_header(compared_.files[i]).size, expected = headers[i].size;
+            if (is != expected)
+                fail(ErrorKind::file, "{} against {}: {}x{} pixels cannot be compared with a reference of {}x{}",
+                     compared_.files[i].string(), references[i].file.string(), is.width, is.height, expected.width,
+                     expected.height);
+        }
+    }
+
+    void warn_of_colors() const {
+        if (frames_without_numbers_ > 0)
+            log(LogLevel::warning,
+                "{} of the {} images in {} have colours that are not numbers (NaN), which count as 0; these frames "
+                "have no IF-SSIM",
+                frames_without_numbers_, compared_.frames.size(), compared_.folder.string());
     }
 
     const std::vector<metrics::FrameQuality>& frames() const { return compared_.frames; }
@@ -159,6 +204,8 @@ class Result {
     metrics::StrredFrame strred_;
     std::unique_ptr<metrics::Vmaf> vmaf_;
     io::Pixels previous_;
+    bool has_numbers_ = true;  // of the last image
+    size_t frames_without_numbers_ = 0;
 };
 
 }  // namespace
@@ -244,6 +291,8 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         baseline = std::ranges::find_if(folders, same) - folders.begin();
         if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references, false);
     }
+    const std::vector<io::ImageHeader> headers = headers_of(references);
+    for (const Result& result : results) result.check_sizes(references, headers);
     std::optional<metrics::PythonMetric> flip, lpips;
     if (options.flip) flip.emplace(metrics::flip_package);
     if (options.lpips) lpips.emplace(metrics::lpips_package);
@@ -280,6 +329,7 @@ std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folde
         progress.update(i + 1, references.size());
     }
 
+    for (const Result& result : results) result.warn_of_colors();
     for (size_t i = 0; baseline && i < folders.size(); ++i)
         if (i != *baseline) results[i].compare_blocks(results[*baseline].frames());
     std::vector<ComparedResult> compared;

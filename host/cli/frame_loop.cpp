@@ -1,6 +1,7 @@
 #include "cli/frame_loop.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <future>
 #include <map>
@@ -41,6 +42,12 @@ struct Slot {
     double seconds = 0;  // after the first frame
     std::shared_future<void> written;
 };
+
+/// What an 8-bit file holds of an image: it is measured as `clarus compare` will find it.
+io::Pixels in_steps_of_8_bits(io::Pixels pixels) {
+    for (float& value : pixels.values) value = std::floor((value > 0 ? std::min(value, 1.0f) : 0) * 255 + 0.5f) / 255;
+    return pixels;
+}
 
 class FrameLoop {
   public:
@@ -97,6 +104,8 @@ class FrameLoop {
         slot.frame = std::move(*frame);
         slot.result = {};
         slot.result.name = slot.frame.name;
+        slot.result.colors_without_numbers = slot.frame.colors_without_numbers;
+        slot.result.is_depth_beyond_far = slot.frame.is_depth_beyond_far;
         slot.result.file = output_.file(slot.frame.name);
         return true;
     }
@@ -170,7 +179,9 @@ class FrameLoop {
             const auto display = [&](const io::Pixels& pixels) {
                 return metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
             };
-            slot.result.quality = metrics::measure(display(slot.output), display(slot.frame.reference));
+            const bool rounds = !output_.folder.empty() && output_.extension == ".png";
+            slot.result.quality = metrics::measure(display(rounds ? in_steps_of_8_bits(slot.output) : slot.output),
+                                                   display(slot.frame.reference));
         }
         if (output_.writer) encode(slot, track, before);
         if (output_.shared) share(slot, track, before);

@@ -46,6 +46,8 @@ struct FrameResult {
     std::string name;
     std::filesystem::path file;
     unsigned invalid_motion_vectors = 0;
+    size_t colors_without_numbers = 0;  // pixels, of files
+    bool is_depth_beyond_far = false;   // most of it, of files
     std::optional<metrics::FrameQuality> quality;
 };
 

@@ -1,11 +1,30 @@
 #include "cli/frame_source.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "cli/frame_description.h"
 #include "cli/interrupt.h"
 
 namespace clarus::cli {
+
+namespace {
+
+size_t colors_without_numbers(const io::Pixels& color) {
+    size_t count = 0;
+    for (size_t i = 0; i + 2 < color.values.size(); i += color.channels)
+        count += std::isnan(color.values[i]) || std::isnan(color.values[i + 1]) || std::isnan(color.values[i + 2]);
+    return count;
+}
+
+// A sky may be anywhere.
+bool is_beyond_far(const io::Pixels& depth) {
+    const auto beyond = std::ranges::count_if(depth.values, [](float value) { return value > 1; });
+    return 2 * static_cast<size_t>(beyond) > depth.values.size();
+}
+
+}  // namespace
 
 SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead)
     : sequence_(sequence), reader_(sequence, 0, sequence.frames.size(), want_motion, want_reference, ahead) {}
@@ -19,6 +38,8 @@ std::optional<SourceFrame> SequenceSource::next() {
     SourceFrame frame;
     frame.name = files.name;
     frame.inputs = describe_frame(sequence_, files, *pixels);
+    frame.colors_without_numbers = colors_without_numbers(pixels->color);
+    frame.is_depth_beyond_far = is_beyond_far(pixels->depth);
     frame.reference = std::move(pixels->reference);
     frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;

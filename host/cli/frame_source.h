@@ -15,11 +15,13 @@ namespace clarus::cli {
 
 /// A frame as a source hands it out.
 struct SourceFrame {
-    std::string name;           // what its output is named by: "0000"
-    uint64_t number = 0;        // where others may have been left out before it: of all
-    FrameDescription inputs;    // all but the output
-    io::Pixels reference;       // 3 channels, output resolution; empty where there is none
-    double seconds = 1.0 / 60;  // after the frame before it
+    std::string name;                   // what its output is named by: "0000"
+    uint64_t number = 0;                // where others may have been left out before it: of all
+    FrameDescription inputs;            // all but the output
+    size_t colors_without_numbers = 0;  // pixels, where they were read
+    bool is_depth_beyond_far = false;   // most of it, where it was read
+    io::Pixels reference;               // 3 channels, output resolution; empty where there is none
+    double seconds = 1.0 / 60;          // after the frame before it
     std::chrono::system_clock::time_point taken = std::chrono::system_clock::now();
     /// What the images lie in: they stay as they are as long as it lives. Frames are let go in their order.
     std::shared_ptr<const void> hold;

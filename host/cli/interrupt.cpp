@@ -3,19 +3,35 @@
 #include <atomic>
 #include <csignal>
 
+#include "base/output_file.h"
+
 namespace clarus::cli {
 namespace {
 
 std::atomic<bool> interrupted = false;  // lock-free, as handlers need it
 static_assert(std::atomic<bool>::is_always_lock_free);
 
+void end(int signal) {
+    remove_unfinished_files();
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+}
+
 // A second one ends the process, whatever it does.
 void interrupt(int signal) {
-    interrupted = true;
-    std::signal(signal, SIG_DFL);
+    if (interrupted.exchange(true)) end(signal);
+}
+
+// What was to be ignored, as nohup wants it, stays so.
+void handle(int signal, void (*handler)(int)) {
+    if (std::signal(signal, handler) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
 }  // namespace
+
+void remove_unfinished_files_when_ended() {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, end);
+}
 
 Interrupt::Interrupt() {
     interrupted = false;
@@ -23,10 +39,7 @@ Interrupt::Interrupt() {
     std::signal(SIGTERM, interrupt);
 }
 
-Interrupt::~Interrupt() {
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-}
+Interrupt::~Interrupt() { remove_unfinished_files_when_ended(); }
 
 bool Interrupt::came() { return interrupted; }
 

@@ -1,12 +1,21 @@
+#include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
+#include <string>
+#include <system_error>
 
-#include "clarus/error.h"
+#include "base/error.h"
 #include "clarus/log.h"
 #include "cli/commands.h"
+#include "cli/interrupt.h"
+#include "cli/printable.h"
 
 namespace {
 
@@ -25,16 +34,43 @@ spdlog::level::level_enum spdlog_level(clarus::LogLevel level) {
     return spdlog::level::warn;
 }
 
-void report(const char* message) { fmt::print(stderr, "clarus: error: {}\n", message); }
+void report(std::string_view message) { fmt::print(stderr, "clarus: error: {}\n", clarus::cli::printable(message)); }
+
+/// A stream that is closed would otherwise be the first file that is opened.
+void fill_standard_streams() {
+    int file = 0;
+    do file = open("/dev/null", O_RDONLY);  // writing to it is an error
+    while (file >= 0 && file <= STDERR_FILENO);
+    if (file >= 0) close(file);
+}
+
+/// Whether what was printed has arrived is known when the last of it is written.
+void finish_output() {
+    std::cout.flush();
+    const bool flushed = std::fflush(stdout) == 0 && std::cout.good();
+    if (flushed && !std::ferror(stdout)) return;
+    clarus::fail(clarus::ErrorKind::file, "cannot write to standard output{}",
+                 flushed ? "" : ": " + std::generic_category().message(errno));
+}
+
+std::string explain(const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again)
+        return "the system lets no more threads begin (ulimit -u)";
+    return error.what();
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
+    fill_standard_streams();
+    clarus::cli::guard_terminal();
+    clarus::cli::remove_unfinished_files_when_ended();
     const auto logger = spdlog::stderr_color_st("clarus");
     logger->set_pattern("clarus: %^%l%$: %v");
     logger->set_level(spdlog::level::warn);
-    clarus::set_log_callback(
-        [logger](clarus::LogLevel level, std::string_view message) { logger->log(spdlog_level(level), message); });
+    clarus::set_log_callback([logger](clarus::LogLevel level, std::string_view message) {
+        logger->log(spdlog_level(level), clarus::cli::printable(message));
+    });
 
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
     app.set_version_flag("--version", "clarus " CLARUS_VERSION);
@@ -58,12 +94,17 @@ int main(int argc, char** argv) {
     clarus::cli::add_relay_command(app);
 
     try {
-        app.parse(argc, argv);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {  // help and the version, too
+            if (app.exit(error) != 0) return exit_usage;
+        }
+        finish_output();
         return 0;
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : exit_usage;
     } catch (const std::bad_alloc&) {
         report("out of host memory");
+    } catch (const std::system_error& error) {
+        report(std::ferror(stdout) ? "cannot write to standard output: " + error.code().message() : explain(error));
     } catch (const std::exception& error) {
         report(error.what());
     }

@@ -363,5 +363,6 @@ void define(CLI::App* command) {
 extern "C" __attribute__((visibility("default"))) void clarus_define_render_command(CLI::App& command,
                                                                                     clarus::LogCallback log) {
     clarus::set_log_callback(std::move(log));
+    clarus::cli::remove_unfinished_files_when_ended();  // the module's own
     clarus::cli::define(&command);
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "base/log.h"
@@ -87,6 +88,22 @@ void RunReport::warn_of_input() const {
             "{} motion vectors in {} of {} frames are invalid (not finite, or longer than the "
             "image's diagonal); where they are used there is no history",
             vectors, affected, frames.size());
+    size_t colors = 0, colored = 0;
+    for (const FrameResult& frame : frames) {
+        colors += frame.colors_without_numbers;
+        colored += frame.colors_without_numbers > 0;
+    }
+    if (colors > 0)
+        log(LogLevel::warning,
+            "{} pixels in {} of {} frames have a colour that is not a number (NaN), which counts as 0: black", colors,
+            colored, frames.size());
+    const auto beyond = std::ranges::count_if(frames, &FrameResult::is_depth_beyond_far);
+    if (beyond > 0)
+        log(LogLevel::warning,
+            "in {} of {} frames most of the depth is above 1 and counts as 1, the far plane: depth that is linear is "
+            "the "
+            "view distance over the far plane's, not in metres",
+            beyond, frames.size());
 }
 
 void RunReport::print_summary() const {

@@ -25,6 +25,7 @@
 #include "cli/placement_options.h"
 #include "cli/progress.h"
 #include "cli/run_report.h"
+#include "cli/sequence_facts.h"
 #include "cli/sequence_options.h"
 #include "cli/trace.h"
 #include "cli/video_output.h"
@@ -141,6 +142,7 @@ void upscale(const UpscaleOptions& options) {
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
+    warn_of_facts(sequence, model);
     const Size made = scaled(sequence.render_size, model.scale());
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);

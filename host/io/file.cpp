@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "base/output_file.h"
 
 namespace clarus::io {
 
@@ -32,30 +33,10 @@ std::string read_file(const std::filesystem::path& path, uintmax_t largest) {
     return bytes;
 }
 
-std::filesystem::path partial_name(const std::filesystem::path& path) {
-    return path.parent_path() / fmt::format(".{}.partial", path.filename().string());
-}
-
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-    const std::filesystem::path temporary = partial_name(path);
-    const auto give_up = [&](int cause) {
-        std::error_code ignored;
-        std::filesystem::remove(temporary, ignored);
-        fail(ErrorKind::file, "cannot write {}: {}", path.string(), std::generic_category().message(cause));
-    };
-
-    std::FILE* file = std::fopen(temporary.c_str(), "wb");
-    if (!file) give_up(errno);
-    const bool all = bytes.empty() || std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-    const bool written = all && std::fflush(file) == 0;
-    const int write_error = errno;
-    const bool closed = std::fclose(file) == 0;
-    if (!written) give_up(write_error);
-    if (!closed) give_up(errno);
-
-    std::error_code error;
-    std::filesystem::rename(temporary, path, error);
-    if (error) give_up(error.value());
+    OutputFile file(path);
+    file.write(bytes);
+    file.commit();
 }
 
 }  // namespace clarus::io

@@ -14,12 +14,8 @@ void require_file(const std::filesystem::path& path);
 /// A whole regular file. Errors: file, naming it and the cause; a file of more than `largest` bytes is refused.
 std::string read_file(const std::filesystem::path& path, uintmax_t largest = UINTMAX_MAX);
 
-/// The temporary name, in the same folder, of a file that is being written.
-std::filesystem::path partial_name(const std::filesystem::path& path);
-
-/// Writes a file under a temporary name in the same folder, then renames it: under `path` there is the old file or the
-/// whole new one, never a part. Errors: file, naming it and the cause (no such folder, permission, disk full); nothing
-/// is left behind.
+/// Writes a file by an OutputFile (base/output_file.h): under `path` there is the old file or the whole new one, never
+/// a part. Errors: file, naming it and the cause (no such folder, permission, disk full); nothing is left behind.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace clarus::io

@@ -4,10 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "io/file.h"
@@ -25,6 +31,18 @@ std::string one_line(std::string message) {
     return message.empty() ? "the file is damaged" : message;
 }
 
+struct Window {
+    int x, y, width, height;
+};
+
+/// What of the plane a viewer shows: of OpenEXR the display window, in which the pixels that are there may be fewer, or
+/// more; of other formats all pixels.
+Window shown_window(const OIIO::ImageInput& input) {
+    const OIIO::ImageSpec& spec = input.spec();
+    if (std::string_view(input.format_name()) != "openexr") return {spec.x, spec.y, spec.width, spec.height};
+    return {spec.full_x, spec.full_y, spec.full_width, spec.full_height};
+}
+
 std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
     require_file(path);
     OIIO::ImageSpec request;
@@ -33,11 +51,14 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
     if (!input) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(OIIO::geterror()));
 
     const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
+    const Window shown = shown_window(*input);
+    if (spec.width < 1 || spec.height < 1 || shown.width < 1 || shown.height < 1 || spec.nchannels < 1 ||
+        spec.depth > 1 || spec.deep)
         fail(ErrorKind::file, "cannot read image {}: not a flat two-dimensional image", path.string());
-    if (int64_t{spec.width} * spec.height > largest_pixel_count || spec.nchannels > 64)
+    if (std::max(int64_t{spec.width} * spec.height, int64_t{shown.width} * shown.height) > largest_pixel_count ||
+        spec.nchannels > 64)
         fail(ErrorKind::file, "cannot read image {}: {}x{} pixels with {} channels are too many", path.string(),
-             spec.width, spec.height, spec.nchannels);
+             std::max(spec.width, shown.width), std::max(spec.height, shown.height), spec.nchannels);
     return input;
 }
 
@@ -73,6 +94,130 @@ OIIO::ImageBuf wrap(const Pixels& pixels) {
             const_cast<float*>(pixels.values.data())};
 }
 
+/// A channel of an OpenEXR file: "ViewLayer.Vector.X" is x of the layer viewlayer.vector.
+struct Channel {
+    int part, place;
+    std::string name, layer, kind;
+};
+
+std::string in_lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+}
+
+/// Of all parts that are of the first one's pixels. What has no layer has its part's, where there are several.
+std::vector<Channel> channels_of(OIIO::ImageInput& input) {
+    const OIIO::ImageSpec first = input.spec();
+    const bool several = input.seek_subimage(1, 0);
+    std::vector<Channel> channels;
+    for (int part = 0; input.seek_subimage(part, 0); ++part) {
+        const OIIO::ImageSpec& spec = input.spec();
+        if (spec.roi() !=
+                OIIO::ROI(first.x, first.x + first.width, first.y, first.y + first.height, 0, 1, 0, spec.nchannels) ||
+            spec.roi_full().width() != first.full_width || spec.deep)
+            continue;
+        const std::string part_name = several ? spec.get_string_attribute("oiio:subimagename") : "";
+        for (int place = 0; place < spec.nchannels; ++place) {
+            const std::string& name = spec.channelnames[place];
+            const size_t dot = name.rfind('.');
+            const bool is_in_layer = dot != std::string::npos;
+            channels.push_back({part, place, several ? part_name + ":" + name : name,
+                                in_lower_case(is_in_layer ? name.substr(0, dot) : part_name),
+                                in_lower_case(is_in_layer ? name.substr(dot + 1) : name)});
+        }
+    }
+    input.seek_subimage(0, 0);
+    return channels;
+}
+
+/// How renderers name what is asked for by a number of channels: colour by three, motion by two, depth by one.
+struct Role {
+    const char* name;
+    std::vector<std::vector<std::string>> kinds;  // of channels, the best first
+    std::vector<std::string> words;               // of layers
+    bool prefers_words;                           // to what is in no layer
+};
+
+const Role* role_of(int channels) {
+    static const std::array<Role, 3> roles{
+        {{"depth", {{"z"}, {"depth"}, {"v"}, {"y"}, {"r"}}, {"depth"}, true},
+         {"motion", {{"x", "y"}, {"u", "v"}, {"r", "g"}}, {"vector", "velocity", "motion", "forward"}, true},
+         {"colour", {{"r", "g", "b"}}, {"combined", "beauty", "rgb", "color", "colour", "final"}, false}}};
+    return channels >= 1 && channels <= 3 ? &roles[static_cast<size_t>(channels) - 1] : nullptr;
+}
+
+/// Which channels of a file that has more than are wanted; none where no name tells. Errors: file, where several layers
+/// may be meant.
+std::optional<std::vector<Channel>> chosen_channels(const std::vector<Channel>& channels, int most,
+                                                    const std::filesystem::path& path) {
+    const Role* role = role_of(most);
+    if (!role || channels.size() <= static_cast<size_t>(most)) return std::nullopt;
+    const auto has_word = [&](const std::string& layer) {
+        return std::any_of(role->words.begin(), role->words.end(),
+                           [&](const std::string& word) { return layer.find(word) != std::string::npos; });
+    };
+    using Layers = std::map<std::pair<int, std::string>, std::vector<Channel>>;
+    const auto layers_of = [&](const std::vector<std::string>& kinds) {
+        Layers layers;
+        for (const std::string& kind : kinds)
+            for (const Channel& channel : channels)
+                if (channel.kind == kind) layers[{channel.part, channel.layer}].push_back(channel);
+        std::erase_if(layers, [&](const auto& layer) { return layer.second.size() != kinds.size(); });
+        return layers;
+    };
+    const auto only = [](Layers layers, const auto& fits) {
+        std::erase_if(layers, [&](const auto& layer) { return !fits(layer.first.second); });
+        return layers.size() == 1 ? std::optional(layers.begin()->second) : std::nullopt;
+    };
+    const auto is_none = [](const std::string& layer) { return layer.empty(); };
+    for (const bool by_words : {role->prefers_words, !role->prefers_words})
+        for (const auto& kinds : role->kinds)
+            if (const auto chosen = by_words ? only(layers_of(kinds), has_word) : only(layers_of(kinds), is_none))
+                return chosen;
+    for (const auto& kinds : role->kinds) {
+        const Layers layers = layers_of(kinds);
+        if (layers.size() == 1) return layers.begin()->second;
+        if (layers.empty()) continue;
+        std::string names;
+        for (const Channel& channel : channels) names += (names.empty() ? "" : ", ") + channel.name;
+        fail(ErrorKind::file,
+             "cannot read image {}: which of its channels are {}? There are {}. Write those that are meant into a file "
+             "of their own",
+             path.string(), role->name, names);
+    }
+    return std::nullopt;
+}
+
+/// All of one layer.
+bool read_channels(OIIO::ImageInput& input, const std::vector<Channel>& channels, Pixels& pixels) {
+    const auto [first, last] = std::minmax_element(
+        channels.begin(), channels.end(), [](const Channel& a, const Channel& b) { return a.place < b.place; });
+    const int begin = first->place, count = last->place + 1 - begin;
+    const size_t pixel_count = static_cast<size_t>(pixels.size.width) * pixels.size.height;
+    std::vector<float> values(pixel_count * count);
+    if (!input.read_image(first->part, 0, begin, begin + count, OIIO::TypeDesc::FLOAT, values.data())) return false;
+    pixels.values.reserve(pixel_count * channels.size());
+    for (size_t pixel = 0; pixel < pixel_count; ++pixel)
+        for (const Channel& channel : channels) pixels.values.push_back(values[pixel * count + channel.place - begin]);
+    return true;
+}
+
+/// The window of a plane in which the image begins at (0, 0) and is 0 outside.
+Pixels part_of(const Pixels& pixels, const Window& window) {
+    Pixels part{{window.width, window.height}, pixels.channels, {}};
+    part.values.resize(static_cast<size_t>(window.width) * window.height * pixels.channels);
+    const int64_t left = std::max(0, window.x);
+    const int64_t right = std::min<int64_t>(pixels.size.width, int64_t{window.x} + window.width);
+    for (int64_t y = 0; y < window.height && left < right; ++y) {
+        const int64_t row = window.y + y;
+        if (row < 0 || row >= pixels.size.height) continue;
+        const float* from = pixels.values.data() + (row * pixels.size.width + left) * pixels.channels;
+        std::copy_n(from, (right - left) * pixels.channels,
+                    part.values.begin() + (y * window.width + left - window.x) * pixels.channels);
+    }
+    return part;
+}
+
 class OpenImageIo final : public ImageModule {
   public:
     ImageHeader read_header(const std::filesystem::path& path) const override;
@@ -84,17 +229,29 @@ class OpenImageIo final : public ImageModule {
 };
 
 ImageHeader OpenImageIo::read_header(const std::filesystem::path& path) const {
-    const OIIO::ImageSpec spec = open(path)->spec();
-    return {{spec.width, spec.height}, spec.nchannels};
+    const auto input = open(path);
+    const Window shown = shown_window(*input);
+    return {{shown.width, shown.height}, input->spec().nchannels};
 }
 
 Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels) const {
     const auto input = open(path);
-    const OIIO::ImageSpec& spec = input->spec();
+    const OIIO::ImageSpec spec = input->spec();
     Pixels pixels{{spec.width, spec.height}, std::min(spec.nchannels, most_channels), {}};
-    pixels.values.resize(spec.image_pixels() * pixels.channels);
-    if (!input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data()))
-        fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
+    std::vector<Channel> channels;
+    if (std::string_view(input->format_name()) == "openexr") channels = channels_of(*input);
+    bool is_read = false;
+    if (const auto chosen = chosen_channels(channels, most_channels, path)) {
+        pixels.channels = static_cast<int>(chosen->size());
+        is_read = read_channels(*input, *chosen, pixels);
+    } else {
+        pixels.values.resize(spec.image_pixels() * pixels.channels);
+        is_read = input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data());
+    }
+    if (!is_read) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
+    const auto [x, y, width, height] = shown_window(*input);
+    if (x != spec.x || y != spec.y || Size{width, height} != pixels.size)
+        return part_of(pixels, {x - spec.x, y - spec.y, width, height});
     return pixels;
 }
 

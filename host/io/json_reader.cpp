@@ -8,6 +8,11 @@
 namespace clarus::io {
 namespace {
 
+// What is read is also copied and printed, by recursion; and each value takes many times the bytes of its text.
+constexpr int kDeepest = 64;
+constexpr size_t kLongestList = size_t{1} << 20;
+constexpr size_t kMostValues = size_t{1} << 24;
+
 std::string shortened(const nlohmann::json& value) {
     constexpr size_t longest = 40;
     if (value.is_object()) return "an object";
@@ -24,7 +29,10 @@ nlohmann::json parse_json(std::string_view text, const std::filesystem::path& fi
     if (const size_t nul = text.find('\0'); nul != text.npos)  // which would end it for nlohmann
         fail(ErrorKind::file, "{} is not valid JSON: byte {} is NUL", file.string(), nul);
     std::vector<std::set<std::string>> keys;  // of every object that is open
-    const auto no_key_twice = [&](int, json::parse_event_t event, json& value) {
+    size_t values = 0;
+    const auto check = [&](int depth, json::parse_event_t event, json& value) {
+        if (depth > kDeepest) fail(ErrorKind::file, "{}: values nest more than {} deep", file.string(), kDeepest);
+        if (++values > kMostValues) fail(ErrorKind::file, "{} holds more than {} values", file.string(), kMostValues);
         if (event == json::parse_event_t::object_start) keys.emplace_back();
         if (event == json::parse_event_t::object_end) keys.pop_back();
         if (event == json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
@@ -32,7 +40,7 @@ nlohmann::json parse_json(std::string_view text, const std::filesystem::path& fi
         return true;
     };
     try {
-        return json::parse(text, no_key_twice);
+        return json::parse(text, check);
     } catch (const json::exception& error) {
         const std::string message = error.what();  // "[json.exception.…] what is wrong"
         fail(ErrorKind::file, "{} is not valid JSON: {}", file.string(), message.substr(message.find("] ") + 2));
@@ -61,6 +69,7 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
 
 std::vector<JsonNode> JsonNode::items() const {
     if (!value_->is_array()) refuse("a list");
+    if (value_->size() > kLongestList) refuse(fmt::format("a list of at most {}", kLongestList));
     std::vector<JsonNode> result;
     for (size_t i = 0; i < value_->size(); ++i)
         result.emplace_back((*value_)[i], *file_, place_ + "[" + std::to_string(i) + "]");

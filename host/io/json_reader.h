@@ -12,7 +12,8 @@
 
 namespace clarus::io {
 
-/// Parses a whole text; an object that has a key twice is refused. `file` is for the message. Errors: file.
+/// Parses a whole text; an object that has a key twice is refused, as are values that nest more than 64 deep and more
+/// than 2^24 of them. `file` is for the message. Errors: file.
 nlohmann::json parse_json(std::string_view text, const std::filesystem::path& file);
 
 /// A JSON value that knows its file and its place in it ("frames[3].jitter"), so that every complaint names both.
@@ -28,6 +29,7 @@ class JsonNode {
     std::vector<JsonNode> items() const;
     std::vector<JsonNode> items(size_t count) const;
 
+    size_t size() const { return value_->size(); }  // of a list or an object
     bool is_null() const { return value_->is_null(); }
     bool boolean() const;
     std::string text() const;

@@ -50,7 +50,10 @@ Tensor read_entry(const std::string& name, const JsonNode& entry, std::span<cons
     tensor.type = entry["dtype"].choice<DataType>(
         {{"F32", DataType::f32}, {"F16", DataType::f16}, {"I8", DataType::i8}, {"I32", DataType::i32}});
     int64_t size = element_size(tensor.type);
-    for (const JsonNode& extent : entry["shape"].items()) {
+    constexpr size_t most_extents = 16;
+    const JsonNode shape = entry["shape"];
+    if (shape.size() > most_extents) shape.refuse(fmt::format("a list of at most {}", most_extents));
+    for (const JsonNode& extent : shape.items()) {
         tensor.shape.push_back(extent.integer(0, most));
         if (__builtin_mul_overflow(size, tensor.shape.back(), &size))
             fail(ErrorKind::file, "{}: tensor {} has the shape {}, which is too large", path.string(), name,

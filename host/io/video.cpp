@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/module.h"
+#include "base/output_file.h"
 #include "io/video_module.h"
 
 namespace clarus::io {
@@ -18,6 +19,25 @@ const VideoModule& video_module() {
     return module;
 }
 
+/// Has its name when it is finished.
+class FinishedVideo : public VideoWriter {
+  public:
+    FinishedVideo(const std::filesystem::path& path, const VideoSettings& settings)
+        : file_(path), writer_(video_module().write(path, file_.unfinished(), settings)) {}
+
+    void write(const Pixels& pixels, double seconds, WallTime taken) override {
+        writer_->write(pixels, seconds, taken);
+    }
+    void finish() override {
+        writer_->finish();
+        file_.commit();
+    }
+
+  private:
+    OutputFile file_;
+    std::unique_ptr<VideoWriter> writer_;
+};
+
 }  // namespace
 
 bool is_video(const std::filesystem::path& path) {
@@ -30,7 +50,7 @@ void require_videos() { video_module(); }
 int largest_crf(const std::filesystem::path& path) { return path.extension() == ".webm" ? 63 : 51; }
 
 std::unique_ptr<VideoWriter> write_video(const std::filesystem::path& path, const VideoSettings& settings) {
-    return video_module().write(path, settings);
+    return std::make_unique<FinishedVideo>(path, settings);
 }
 
 std::unique_ptr<VideoWriter> stream_video(const VideoSettings& settings, TakeFragment take) {

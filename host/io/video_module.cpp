@@ -16,7 +16,6 @@ extern "C" {
 #include <vector>
 
 #include "base/error.h"
-#include "io/file.h"
 #include "io/video_module.h"
 
 namespace clarus::io {
@@ -203,7 +202,8 @@ class Encoder {
 
 class VideoFile : public VideoWriter {
   public:
-    VideoFile(const std::filesystem::path& path, const VideoSettings& settings) : path_(path) {
+    VideoFile(const std::filesystem::path& path, const std::filesystem::path& unfinished,
+              const VideoSettings& settings) {
         const bool is_webm = path.extension() == ".webm", is_mp4 = path.extension() == ".mp4";
         const std::string crf = std::to_string(settings.crf.value_or(is_webm ? kWebmCrf : kFileCrf));
         Options webm{{"crf", crf}, {"b", "0"}, {"deadline", "good"}, {"cpu-used", "4"}, {"row-mt", "1"}};
@@ -215,8 +215,7 @@ class VideoFile : public VideoWriter {
                                                : "matroska",
                                       is_webm ? "libvpx-vp9" : "libx264", settings, is_webm ? webm : h264, false);
         // "file:" lest a colon in the name be taken for a protocol's.
-        encoder_->check(
-            avio_open(&encoder_->format().pb, ("file:" + partial_name(path).string()).c_str(), AVIO_FLAG_WRITE));
+        encoder_->check(avio_open(&encoder_->format().pb, ("file:" + unfinished.string()).c_str(), AVIO_FLAG_WRITE));
         is_open_ = true;
         try {
             Options none{};
@@ -238,16 +237,7 @@ class VideoFile : public VideoWriter {
         is_open_ = false;
         const int written = encoder_->format().pb->error;
         const int closed = avio_closep(&encoder_->format().pb);
-        if (written < 0 || closed < 0) {
-            remove();
-            encoder_->check(std::min(written, closed));
-        }
-        std::error_code error;
-        std::filesystem::rename(partial_name(path_), path_, error);
-        if (error) {
-            remove();
-            fail(ErrorKind::file, "cannot write {}: {}", path_.string(), error.message());
-        }
+        encoder_->check(std::min(written, closed));
     }
 
   private:
@@ -259,14 +249,8 @@ class VideoFile : public VideoWriter {
         if (!is_open_) return;
         avio_closep(&encoder_->format().pb);
         is_open_ = false;
-        remove();
-    }
-    void remove() const {
-        std::error_code ignored;
-        std::filesystem::remove(partial_name(path_), ignored);
     }
 
-    std::filesystem::path path_;
     std::unique_ptr<Encoder> encoder_;
     bool is_open_ = false;
 };
@@ -343,9 +327,9 @@ class VideoStream : public VideoWriter {
 class Ffmpeg final : public VideoModule {
   public:
     Ffmpeg() { av_log_set_level(AV_LOG_FATAL); }  // errors are told by who calls
-    std::unique_ptr<VideoWriter> write(const std::filesystem::path& path,
+    std::unique_ptr<VideoWriter> write(const std::filesystem::path& path, const std::filesystem::path& unfinished,
                                        const VideoSettings& settings) const override {
-        return std::make_unique<VideoFile>(path, settings);
+        return std::make_unique<VideoFile>(path, unfinished, settings);
     }
     std::unique_ptr<VideoWriter> stream(const VideoSettings& settings, TakeFragment take) const override {
         return std::make_unique<VideoStream>(settings, std::move(take));

@@ -12,6 +12,7 @@ namespace {
 using io::JsonNode;
 
 constexpr double kMost = std::numeric_limits<double>::max(), kLeast = std::numeric_limits<double>::min();
+constexpr int64_t kMostTurns = 1'000'000;
 constexpr int64_t kMostWhole = std::numeric_limits<int64_t>::max();
 
 void check_text_or_null(const JsonNode& node) {
@@ -90,7 +91,7 @@ Figure read_figure(const JsonNode& node) {
     figure.median = node["median"].number(kLeast, kMost);
     figure.low = node["low"].number(kLeast, kMost);
     figure.high = node["high"].number(kLeast, kMost);
-    figure.turns = static_cast<int>(node["turns"].integer(1, std::numeric_limits<int>::max()));
+    figure.turns = static_cast<int>(node["turns"].integer(1, kMostTurns));
     figure.steady = node["steady"].boolean();
     return figure;
 }

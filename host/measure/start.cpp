@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/precision.h"
+#include "base/private_files.h"
 #include "base/rounding.h"
 #include "cl/disk_cache.h"
 #include "clarus/jitter.h"
@@ -69,7 +70,7 @@ Outcome run(std::vector<std::string> arguments, std::vector<std::string> variabl
 void add_files(const fs::path& from, const fs::path& to) {
     if (!fs::exists(from)) return;
     std::error_code unwritable;  // then nothing is kept
-    fs::create_directories(to, unwritable);
+    if (!make_private_folder(to)) return;
     fs::copy(from, to, fs::copy_options::recursive | fs::copy_options::skip_existing, unwritable);
 }
 
@@ -80,7 +81,8 @@ Start measure_start(const fs::path& tool, const FirstFrame& first) {
     const std::vector<std::string> variables = environment(folder.path());
     const fs::path cache = clarus_cache(folder.path());
     // Kernels are those of the run that this is a part of.
-    add_files(fs::path(cache_directory()) / "tuning", cache / "tuning");
+    const fs::path kept = cache_directory();
+    if (!kept.empty()) add_files(kept / "tuning", cache / "tuning");
     const auto start = [&](Size render_size) {
         return run({tool.string(), "bench", "first-frame", first.device, first.model, fmt::to_string(first.scale),
                     fmt::to_string(render_size.width), fmt::to_string(render_size.height), name_of(first.precision),
@@ -88,7 +90,7 @@ Start measure_start(const fs::path& tool, const FirstFrame& first) {
                    variables);
     };
     const Outcome cold = start(first.render_size), warm = start(first.render_size);
-    add_files(cache / ocl::programs_directory().filename(), ocl::programs_directory());
+    if (!kept.empty()) add_files(cache / ocl::programs_directory().filename(), ocl::programs_directory());
     // A game's next choice when its frames take too long.
     const Outcome other =
         start({ceil_divide(3 * first.render_size.width, 4), ceil_divide(3 * first.render_size.height, 4)});

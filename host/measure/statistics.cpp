@@ -35,7 +35,8 @@ double median(std::span<const double> values) {
 std::optional<std::pair<int, int>> median_ranks(int n) {
     // Fewer than `low` + 1 below the median, or fewer above it, is what may happen with at most this chance a side.
     const double chance = (1 - kConfidence) / 2;
-    int low = -1;
+    // What lies ten standard deviations below the middle has no chance that a double would add to.
+    int low = std::max(0, static_cast<int>(n / 2 - 5 * std::sqrt(n))) - 1;
     double below = 0;
     while (low + 1 < n / 2) {
         below += binomial(n, low + 1);

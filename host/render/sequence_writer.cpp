@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/log.h"
 #include "io/encode.h"
 #include "io/file.h"
+#include "io/image.h"
 #include "io/json_reader.h"
 
 namespace clarus::render {
@@ -31,6 +33,18 @@ void make_folder(const fs::path& folder) {
     std::error_code error;
     if (!folder.empty()) fs::create_directories(folder, error);
     if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
+}
+
+/// What was on its way to the disk when the machine failed may be there in part.
+bool is_whole(const fs::path& image) {
+    if (!fs::exists(image)) return false;
+    try {
+        io::read_image(image);
+        return true;
+    } catch (const Error& error) {
+        log(LogLevel::warning, "{}. It is rendered again", error.what());
+        return false;
+    }
 }
 
 /// Frames of an earlier sequence, which may have had more of them. Some layouts find their frames by looking.
@@ -63,7 +77,7 @@ void SequenceWriter::begin(bool replace) {
              description.string());
     }
     if (!replace && fs::exists(unfinished_, error)) {
-        const nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
+        const nlohmann::json record = read_record();
         const io::JsonNode root(record, unfinished_);
         for (const auto& [key, value] : recipe_.items())
             if (!record["recipe"].contains(key))
@@ -91,6 +105,20 @@ void SequenceWriter::begin(bool replace) {
     for (const fs::path& folder : folders) remove_numbered_files(folder);
 }
 
+nlohmann::json SequenceWriter::read_record() const {
+    try {
+        nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
+        const io::JsonNode root(record, unfinished_);
+        root["recipe"].members();
+        root["frames_done"].integer(0, 1 << 30);
+        return record;
+    } catch (const Error& error) {
+        fail(ErrorKind::file,
+             "{}. It said how far a render had come; give another folder, or --force to begin again here",
+             error.what());
+    }
+}
+
 void SequenceWriter::note_progress() const {
     const nlohmann::ordered_json record = {{"frames_done", frames_done_}, {"recipe", recipe_}};
     const std::string text = record.dump(1) + "\n";
@@ -113,8 +141,7 @@ void SequenceWriter::add(const io::FrameFiles& description, const std::function<
     frame.near_plane = description.near_plane;
     frame.far_plane = description.far_plane;
     frame.camera = description.camera;
-    const auto exists = [](const fs::path& file) { return fs::exists(file); };
-    if (index >= frames_done_ || !std::ranges::all_of(images(frame), exists)) {
+    if (index >= frames_done_ || !std::ranges::all_of(images(frame), is_whole)) {
         write(frame, render());
         frames_done_ = std::max(frames_done_, index + 1);
         note_progress();

@@ -23,7 +23,7 @@ class SequenceWriter {
                    nlohmann::ordered_json recipe, bool replace);
 
     /// The next frame: what describes it (jitter, reset, planes, camera), and a function that renders it, called where
-    /// its images are not there already. Frames are numbered from 0 as they come.
+    /// its images are not there already, or damaged. Frames are numbered from 0 as they come.
     void add(const io::FrameFiles& description, const std::function<RenderedFrame()>& render);
     /// After at least one frame.
     void finish();
@@ -33,6 +33,8 @@ class SequenceWriter {
     void write(const io::FrameFiles& frame, const RenderedFrame& images) const;
     void begin(bool replace);
     void note_progress() const;
+    /// Of an earlier run, checked. Errors: file.
+    nlohmann::json read_record() const;
 
     std::unique_ptr<io::OutputLayout> layout_;
     io::Sequence sequence_;

@@ -60,6 +60,7 @@ function ticks(low, high, most) {
 // Powers of ten; with the values between them where there are few.
 function logTicks(low, high) {
   const values = [];
+  if (!(low > 0 && high < Infinity)) return values;
   for (let power = Math.floor(Math.log10(low)); 10 ** power <= high; ++power) {
     for (const factor of high / low < 500 ? [1, 2, 5] : [1]) {
       const value = factor * 10 ** power;

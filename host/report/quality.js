@@ -108,6 +108,7 @@ function showQualityOverTime(report) {
 function timesOf(report) {
   const times = new Map();
   const add = (label, group, model, seconds) => {
+    if (!(seconds > 0)) return;  // devices whose clocks are too coarse: it has no place on a logarithmic axis
     if (!times.has(group + label)) times.set(group + label, {label, group, of: new Map()});
     times.get(group + label).of.set(model, seconds);
   };

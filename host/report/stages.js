@@ -49,7 +49,7 @@ function showStages(report) {
     const total = stages.reduce((sum, {seconds}) => sum + seconds, 0);
     const several = new Set(stages.map(({device}) => device)).size > 1;
     const whose = ({device}) => several && html('span', {class: 'kernel'}, device < 0 ? '' : `device ${device}`);
-    const most = Math.max(...stages.map(({seconds}) => seconds));
+    const most = Math.max(...stages.map(({seconds}) => seconds)) || 1;
     const rate = (amount, seconds) => (amount > 0 && seconds > 0 ? gigas(amount / seconds) : '–');
     const bar = (seconds) => {
       const box =
@@ -68,7 +68,7 @@ function showStages(report) {
             ...stages.map(
                 (stage) =>
                     row('stage', [stage.name, html('span', {class: 'kernel'}, stage.kernel), whose(stage) || ''], bar(stage.seconds),
-                        time(stage), percent(stage.seconds / total), rate(stage.operations, stage.seconds),
+                        time(stage), percent(stage.seconds / (total || 1)), rate(stage.operations, stage.seconds),
                         rate(stage.bytes, stage.seconds))),
             row('stage total', 'Sum', '', milliseconds(total), '', rate(sum('operations'), total),
                 rate(sum('bytes'), total)));

@@ -27,6 +27,13 @@ int Profiler::add_stage(std::string name, std::string kernel, double operations,
     return declared_.back();
 }
 
+void Profiler::begin_frame() {
+    ++frame_;
+    for (Stage& stage : stages_)
+        while (!stage.launches.empty() && stage.launches.front().frame <= frame_ - kFramesKept)
+            stage.launches.pop_front();
+}
+
 cl::Event* Profiler::event(int stage) {
     if (!enabled_) return nullptr;
     return &stages_[stage].launches.emplace_back(frame_, std::chrono::steady_clock::now(), cl::Event()).event;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,11 @@ class Profiler {
     /// several, goes on after begin_stages(), with the operations and bytes that it had.
     int add_stage(std::string name, std::string kernel, double operations, double bytes);
 
+    /// Times are of so many frames, the last ones: what is kept of a stage does not grow with a run.
+    static constexpr int kFramesKept = 1000;
+
     /// What is launched from now on belongs to the next frame.
-    void begin_frame() { ++frame_; }
+    void begin_frame();
 
     /// Where the event of a stage's launch is to be put, or null where nothing is profiled. To be asked for right
     /// before the launch: the moment relates the device's clock to the host's.
@@ -39,7 +43,7 @@ class Profiler {
     };
     struct Stage {
         StageProfile profile;
-        std::vector<Launch> launches;
+        std::deque<Launch> launches;
     };
 
     /// What is to be added to the device's times, in nanoseconds, to be the host's.

@@ -8,14 +8,18 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
+#include <thread>
 #include <utility>
 
 #include "base/log.h"
+#include "base/output_file.h"
+#include "base/private_files.h"
 #include "cl/error.h"
 #include "cl/event.h"
 #include "clarus/error.h"
@@ -25,7 +29,8 @@
 namespace clarus::runtime {
 namespace {
 
-constexpr int kRuns = 5;            // of a candidate after its first; the shortest counts
+constexpr size_t kLargestFile = size_t{1} << 26;  // bytes, of what was measured
+constexpr int kRuns = 5;                          // of a candidate after its first; the shortest counts
 constexpr double kGiveUpRatio = 4;  // of a first run to the best so far: the candidate is measured no further
 
 std::string describe_choices(const Choices& choices) {
@@ -93,12 +98,20 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
     });
 }
 
-/// Keeps other processes and threads out as long as it lives. Where the file cannot be made, neither can what it
-/// guards.
+/// Keeps other processes and threads out as long as it lives. They have it for as long as it takes to write a file, so
+/// that it waits for seconds at most.
 class FileLock {
   public:
-    explicit FileLock(const std::string& path) : file_(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {
-        while (file_ >= 0 && flock(file_, LOCK_EX) != 0 && errno == EINTR) {
+    explicit FileLock(const std::string& path)
+        : file_(open(path.c_str(), O_CREAT | O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600)) {
+        constexpr std::chrono::milliseconds pause(10);
+        for (int attempt = 0; file_ >= 0 && attempt < 300; ++attempt) {
+            if (flock(file_, LOCK_EX | LOCK_NB) == 0) {
+                is_held_ = true;
+                break;
+            }
+            if (errno != EWOULDBLOCK && errno != EINTR) break;
+            std::this_thread::sleep_for(pause);
         }
     }
     ~FileLock() {
@@ -107,14 +120,19 @@ class FileLock {
     FileLock(const FileLock&) = delete;
     FileLock& operator=(const FileLock&) = delete;
 
+    bool is_held() const { return is_held_; }
+
   private:
     int file_;
+    bool is_held_ = false;
 };
 
 std::string file_for(const DeviceProfile& profile) {
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", profile.platform, profile.name, profile.driver_version,
                                              profile.compute_units, profile.opencl_version);
-    return fmt::format("{}/tuning/{:016x}.json", cache_directory(), XXH3_64bits(identity.data(), identity.size()));
+    const std::string folder = cache_directory();
+    if (folder.empty()) return {};
+    return fmt::format("{}/tuning/{:016x}.json", folder, XXH3_64bits(identity.data(), identity.size()));
 }
 
 }  // namespace
@@ -213,11 +231,19 @@ Selection Tuner::measure(const Problem& problem, const std::vector<Selection>& c
 }
 
 TuningResults Tuner::stored() const {
-    std::ifstream file(path_);
-    if (!file) return {};
+    std::error_code none;
+    if (path_.empty() || !std::filesystem::exists(std::filesystem::symlink_status(path_, none))) return {};
+    const std::optional<std::string> text = read_private_file(path_, kLargestFile);
+    if (!text) {
+        log(LogLevel::warning, "{} is passed over: it is not a file that you own and nobody else may write", path_);
+        return {};
+    }
+    const auto leave_out_deeper = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+        return depth <= 4;
+    };
     try {
         TuningResults results;
-        const nlohmann::json document = nlohmann::json::parse(file);
+        const nlohmann::json document = nlohmann::json::parse(*text, leave_out_deeper);
         for (const auto& [key, entry] : document.at("results").get_ref<const nlohmann::json::object_t&>())
             results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds"),
                             entry.value("built_in_seconds", 0.0)};
@@ -229,10 +255,15 @@ TuningResults Tuner::stored() const {
 }
 
 void Tuner::store() {
-    std::error_code ignored;
-    const std::filesystem::path path = path_;
-    std::filesystem::create_directories(path.parent_path(), ignored);
+    if (path_.empty()) return;
+    const auto warn = [&](std::string_view why) {
+        if (!std::exchange(warned_unwritable_, true))
+            log(LogLevel::warning, "cannot write {}: {}. Tuning results are not kept", path_, why);
+    };
+    if (!make_private_folder(std::filesystem::path(path_).parent_path()))
+        return warn("its folder must be your own, and nobody else may write there");
     const FileLock lock(path_ + ".lock");
+    if (!lock.is_held()) return warn("another process holds its lock");
     results_.merge(stored());  // what others have found since
     nlohmann::json document;
     document["device"] = context_.profile().name;
@@ -242,16 +273,14 @@ void Tuner::store() {
                                     {"choices", result.choices},
                                     {"seconds", result.seconds},
                                     {"built_in_seconds", result.built_in_seconds}};
-    const std::filesystem::path partial = path_ + ".partial";
-    std::ofstream file(partial);
     // A device's name may be in any encoding.
-    file << document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-    file.close();
-    if (file) std::filesystem::rename(partial, path, ignored);
-    if (!file || ignored) {
-        std::filesystem::remove(partial, ignored);
-        if (!std::exchange(warned_unwritable_, true))
-            log(LogLevel::warning, "cannot write {}: tuning results are not kept", path_);
+    const std::string text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+    try {
+        OutputFile file(path_);
+        file.write(std::as_bytes(std::span(text)));
+        file.commit();
+    } catch (const Error& error) {
+        warn(error.what());
     }
 }
 

@@ -2,6 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
 
 #include "cl/context.h"
 #include "cl/error.h"
@@ -44,6 +48,22 @@ TEST_SUITE("small") {
         CHECK(profile.memory_alignment >= 16);
         CHECK((profile.memory_alignment & (profile.memory_alignment - 1)) == 0);
         CHECK(profile.half_storage);  // every OpenCL compiler has vload_half
+    }
+
+    TEST_CASE("a process whose threads open its first device all at once") {
+        std::vector<std::thread> threads;
+        std::atomic<int> opened = 0;
+        for (int i = 0; i < 8; ++i)
+            threads.emplace_back([&] { opened += !Device::open(test_selector()).profile().name.empty(); });
+        for (std::thread& thread : threads) thread.join();
+        CHECK(opened == 8);
+    }
+
+    TEST_CASE("threads may be the first to open a device") {
+        const std::string command =
+            std::filesystem::read_symlink("/proc/self/exe").string() +
+            " --test-case='a process whose threads open its first device all at once' >/dev/null";
+        for (int i = 0; i < 5; ++i) CHECK(std::system(command.c_str()) == 0);
     }
 
     TEST_CASE("the device under test is in the list") {

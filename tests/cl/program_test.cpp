@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -223,7 +224,48 @@ kernel void scale(global float* v) { v[get_global_id(0)] = term_float(times(v[ge
             CHECK(compiled_afresh() == 1);
             CHECK(compiled_afresh() == 0);
         }
-        for (const auto& entry : entries(folder.path())) CHECK(entry.extension() != ".tmp");
+        for (const auto& entry : entries(folder.path())) CHECK(entry.extension() != ".partial");
+    }
+
+    TEST_CASE("what a cache entry says is believed of its own key, of a sane size, and of the user's own file alone") {
+        const TemporaryFolder folder;
+        const ocl::DiskCache disk(folder / "programs");
+        const ocl::CacheKey one = ocl::cache_key({"one"}), other = ocl::cache_key({"other"});
+        disk.store(one, {1, 2, 3});
+        CHECK(disk.load(one) == std::vector<unsigned char>{1, 2, 3});
+        CHECK((std::filesystem::status(folder / "programs").permissions() & std::filesystem::perms::mask) ==
+              std::filesystem::perms::owner_all);
+
+        std::string forged = contents(disk.path(one));
+        std::copy(other.begin(), other.end(), forged.begin() + 8);
+        overwrite(disk.path(other), forged);
+        CHECK_FALSE(disk.load(other));
+        overwrite(disk.path(other), contents(disk.path(one)));
+        CHECK_FALSE(disk.load(other));
+
+        std::filesystem::permissions(disk.path(one), std::filesystem::perms::others_write,
+                                     std::filesystem::perm_options::add);
+        CHECK_FALSE(disk.load(one));
+        disk.store(one, {4});
+        CHECK(disk.load(one) == std::vector<unsigned char>{4});
+
+        const uintmax_t terabyte = uintmax_t{1} << 40;
+        std::string header = contents(disk.path(one)).substr(0, 40);
+        const uint64_t length = terabyte - header.size();
+        std::memcpy(header.data() + 24, &length, sizeof length);
+        overwrite(disk.path(one), header);
+        std::error_code no_room;
+        std::filesystem::resize_file(disk.path(one), terabyte, no_room);
+        CHECK_FALSE(disk.load(one));
+    }
+
+    TEST_CASE("without a home there is no cache") {
+        const TemporaryFolder folder;
+        const ocl::DiskCache none{std::filesystem::path()};
+        const ocl::CacheKey key = ocl::cache_key({"key"});
+        none.store(key, {1});
+        CHECK_FALSE(none.load(key));
+        CHECK_FALSE(std::filesystem::exists(none.path(key)));
     }
 
     TEST_CASE("a process among others that share the cache") { CHECK(compiled_afresh() <= 1); }

@@ -1,20 +1,25 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
+#include <pty.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "cache_folder.h"
@@ -33,6 +38,7 @@
 #include "metrics/radiance.h"
 #include "model_file.h"
 #include "noise_sequence.h"
+#include "program.h"
 #include "temporary_folder.h"
 #include "test_device.h"
 
@@ -571,6 +577,186 @@ TEST_CASE("an image that ends early ends the run at its frame") {
     CHECK(outputs == std::set<std::string>{"0000.png", "0001.png"});
     for (const std::string& name : outputs)
         CHECK(io::read_file(place.output() / name) == io::read_file(whole.output() / name));
+}
+
+TEST_CASE("frames before one that is broken are there, wherever it is") {
+    const Workplace whole;
+    REQUIRE(whole.upscale("bicubic").exit_code == 0);
+    for (const size_t broken : {1, 3}) {
+        const Workplace place;
+        const fs::path damaged = place.sequence() / fmt::format("color/{:04}.png", broken);
+        fs::resize_file(damaged, fs::file_size(damaged) * 2 / 3);
+        CHECK(place.upscale("bicubic").exit_code == 1);
+        const std::set<std::string> outputs = place.outputs();
+        CHECK(outputs.size() == broken);
+        for (const std::string& name : outputs)
+            CHECK(io::read_file(place.output() / name) == io::read_file(whole.output() / name));
+    }
+}
+
+TEST_CASE("what is printed and does not arrive is a failure") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const std::vector<std::vector<std::string>> commands{
+        {"models"},
+        {"--version"},
+        {"upscale", "--help"},
+        {"compare", place.output().string(), place.sequence().string(), "--json"},
+        {"compare", place.output().string(), place.sequence().string(), "--csv"},
+        {"upscale", place.sequence().string(), "--model", "bicubic", "--output", place.output().string(), "--device",
+         test_selector()}};
+    for (const std::vector<std::string>& command : commands) {
+        CAPTURE(command.front());
+        const Outcome full = run_tool_after("f() { \"$@\" >/dev/full; }; f", command);
+        CHECK(full.exit_code == 1);
+        CHECK_MESSAGE(contains(full.err, "cannot write to standard output: No space left"), full.err);
+        const Outcome closed = run_tool_after("f() { \"$@\" >&-; }; f", command);
+        CHECK(closed.exit_code == 1);
+        CHECK_MESSAGE(contains(closed.err, "cannot write to standard output"), closed.err);
+    }
+}
+
+TEST_CASE("names do not command a terminal") {
+    const Workplace place;
+    const std::string name = "\033]0;owned\a";
+    const Outcome error = run_tool({"compare", (place / name).string(), place.sequence().string()});
+    CHECK(error.exit_code == 1);
+    CHECK_FALSE(contains(error.err, "\033"));
+    CHECK_MESSAGE(contains(error.err, "\\x1b]0;owned\\x07"), error.err);
+
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    for (const char* other : {"one", "other"}) fs::copy(place.output(), place / (name + other));
+    int terminal = -1;
+    const pid_t tool = forkpty(&terminal, nullptr, nullptr, nullptr);
+    REQUIRE(tool >= 0);
+    if (tool == 0) {
+        execl(CLARUS_TOOL, CLARUS_TOOL, "compare", (place / (name + "one")).c_str(), (place / (name + "other")).c_str(),
+              place.sequence().c_str(), nullptr);
+        _exit(127);
+    }
+    std::string shown;
+    for (std::array<char, 4096> some; true;) {
+        const ssize_t count = read(terminal, some.data(), some.size());
+        if (count <= 0) break;
+        shown.append(some.data(), static_cast<size_t>(count));
+    }
+    close(terminal);
+    int status = -1;
+    REQUIRE(waitpid(tool, &status, 0) == tool);
+    CHECK_MESSAGE(status == 0, shown);
+    CHECK_FALSE(contains(shown, "\033]"));
+    CHECK_MESSAGE(contains(shown, "\\x1b]0;owned\\x07one"), shown);
+    CHECK(contains(shown, "\033[1m"));
+}
+
+TEST_CASE("runs into one folder at a time do not meet, and one that is ended leaves nothing half-written") {
+    const Workplace place;
+    json many = place.description();
+    const json few = many["frames"];
+    for (int i = 0; i < 40; ++i)
+        for (const json& frame : few) many["frames"].push_back(frame);
+    place.describe(many);
+    const std::vector<std::string> command{"upscale",  place.sequence().string(), "--model",  "bicubic",
+                                           "--output", place.output().string(),   "--device", test_selector()};
+    std::vector<std::unique_ptr<clarus::test::Program>> programs;
+    for (int i = 0; i < 3; ++i) programs.push_back(std::make_unique<clarus::test::Program>(CLARUS_TOOL, command));
+    for (const auto& program : programs) CHECK_MESSAGE(program->result() == 0, program->errors());
+    for (const std::string& name : place.outputs()) CHECK(fs::path(name).extension() == ".png");
+
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        fs::remove_all(place.output());
+        clarus::test::Program program(CLARUS_TOOL, command);
+        for (int i = 0; i < 6000 && place.outputs().size() < size_t(3 + attempt); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        program.interrupt();
+        program.ended();
+        for (const std::string& name : place.outputs()) CHECK(fs::path(name).extension() == ".png");
+    }
+}
+
+TEST_CASE("sizes are compared before pixels are read") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    // A PNG of 16384x16384 pixels, of which only the header is there.
+    std::string bytes = io::read_file(place.output() / "0003.png");
+    for (const size_t side : {16, 20}) bytes.replace(side, 4, std::string("\0\0\x40\0", 4));
+    uint32_t check = ~0u;
+    for (size_t i = 12; i < 29; ++i) {
+        check ^= static_cast<unsigned char>(bytes[i]);
+        for (int bit = 0; bit < 8; ++bit) check = check & 1 ? check >> 1 ^ 0xedb88320u : check >> 1;
+    }
+    for (size_t i = 0; i < 4; ++i) bytes[29 + i] = static_cast<char>(~check >> (24 - 8 * i));
+    fs::path claims;
+    SUBCASE("a result") { claims = place.output() / "0003.png"; }
+    SUBCASE("a reference") { claims = place.sequence() / "reference/0003.png"; }
+    place.write(claims, bytes);
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"compare", place.output().string(), place.sequence().string()},
+          {"report", place.output().string(), "--sequence", place.sequence().string(), "-o",
+           (place / "page.html").string()}}) {
+        const Outcome outcome = run_tool_after("ulimit -v 4000000;", command);
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(contains(outcome.err, "0003.png"), outcome.err);
+        CHECK_MESSAGE(contains(outcome.err, "16384x16384"), outcome.err);
+    }
+}
+
+TEST_CASE("colours that are not numbers are told") {
+    const Workplace place(ColorSpace::linear);
+    io::Pixels color = io::read_image(place.sequence() / "color/0001.exr");
+    std::fill(color.values.begin(), color.values.end(), std::numeric_limits<float>::quiet_NaN());
+    io::write_image(place.sequence() / "color/0001.exr", color, io::SampleType::f32);
+    const Outcome outcome = place.upscale("bicubic", {"--format", "exr"});
+    CHECK(outcome.exit_code == 0);
+    CHECK_MESSAGE(contains(outcome.err, fmt::format("{} pixels in 1 of 4 frames", color.values.size() / 3)),
+                  outcome.err);
+
+    io::Pixels result = io::read_image(place.output() / "0002.exr");
+    result.values[7] = std::numeric_limits<float>::quiet_NaN();
+    io::write_image(place.output() / "0002.exr", result, io::SampleType::f32);
+    const Outcome compared = run_tool({"compare", place.output().string(), place.sequence().string()});
+    CHECK(compared.exit_code == 0);
+    CHECK_MESSAGE(contains(compared.err, "1 of the 4 images"), compared.err);
+}
+
+TEST_CASE("what a sequence hardly means is told, once") {
+    const Workplace place;
+    const json description = place.description();
+    const auto told = [&](const json& changed, const std::string& model, const std::string& what) {
+        place.describe(changed);
+        const Outcome outcome = place.upscale(model);
+        CHECK(outcome.exit_code == 0);
+        CHECK_MESSAGE(contains(outcome.err, what), outcome.err);
+        CHECK_MESSAGE(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1, outcome.err);
+    };
+    CHECK(place.upscale("bicubic").err == "");
+    json uv = description;
+    for (json& frame : uv["frames"]) frame["jitter"] = {0.4 / render_size.width, -0.4 / render_size.height};
+    told(uv, "bicubic", "jitter is in render pixels");
+    json jittered = description;
+    for (json& frame : jittered["frames"]) frame["jitter"] = {0.25, -0.25};
+    told(jittered, CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors", "does not take jitter out");
+    const fs::path color = place.sequence() / description["frames"][0]["color"].get<std::string>();
+    const io::Pixels opaque = io::read_image(color);
+    io::write_image(color, noise(render_size, 4, 0, 1, 1), io::SampleType::u8);
+    told(description, "bicubic", "alpha, which is not upscaled");
+    io::write_image(color, opaque, io::SampleType::u8);
+    for (const json& frame : description["frames"])
+        io::write_image(place.sequence() / frame["depth"].get<std::string>(), noise(render_size, 1, 5, 50, 1),
+                        io::SampleType::f32);
+    const Outcome metres = place.upscale(network);
+    CHECK_MESSAGE(contains(metres.err, "in 4 of 4 frames most of the depth is above 1"), metres.err);
+}
+
+TEST_CASE("upscale and compare have the same figures of the same files") {
+    const Workplace place;
+    const fs::path report = place / "report.json";
+    REQUIRE(place.upscale("bicubic", {"--report", report.string()}).exit_code == 0);
+    const json by_upscale = json::parse(io::read_file(report))["quality"];
+    const json by_compare =
+        json::parse(run_tool({"compare", place.output().string(), place.sequence().string(), "--json"}).out);
+    for (const char* figure : {"psnr", "pooled_psnr", "ssim"})
+        CHECK(by_upscale[figure].get<double>() == doctest::Approx(by_compare[figure].get<double>()).epsilon(1e-6));
 }
 
 TEST_CASE("compare prints the metrics of the files") {

@@ -125,8 +125,11 @@ TEST_CASE("Ctrl-C leaves a whole video of the frames that are done, and so does 
     constexpr size_t frames = 400;
     const Workplace place({24, 16}, frames);
     Program program(CLARUS_TOOL, place.arguments("video.mp4", {}));
-    for (int i = 0; i < 6000 && !fs::exists(place / ".video.mp4.partial"); ++i)
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const auto is_begun = [&] {
+        return std::ranges::any_of(fs::directory_iterator(place / ""),
+                                   [](const auto& entry) { return entry.path().extension() == ".partial"; });
+    };
+    for (int i = 0; i < 6000 && !is_begun(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     program.interrupt();
     CHECK(program.result() == 1);
     const size_t count = read_video(place / "video.mp4").pictures.size();

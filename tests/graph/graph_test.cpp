@@ -83,6 +83,24 @@ TEST_SUITE("small") {
         }
     }
 
+    TEST_CASE("a chain of a thousand steps becomes several programs") {
+        Graph graph;
+        Value value = graph.previous({3, 4, 6}, "a");
+        for (int i = 0; i < 1000; ++i) value = graph.tanh(value, "tanh");
+        graph.output = value;
+        const Graph fused = fuse(graph, {});
+        size_t steps = 0, programs = 0;
+        for (const Node& node : fused.nodes)
+            if (const auto* program = std::get_if<Pointwise>(&node.op)) {
+                CHECK(program->steps.size() <= 32);
+                steps += program->steps.size();
+                ++programs;
+            }
+        CHECK(steps == 1000);
+        CHECK(programs >= 32);
+        CHECK(programs <= 64);
+    }
+
     TEST_CASE("a value that several parts of one program use is a part of it, too") {
         Graph graph;
         const Value color = graph.input(Resource::color, {6, 4});

@@ -28,6 +28,8 @@ class Program {
         return code;
     }
     pid_t id() const { return process_.id(); }
+    /// Waits, where a signal may have ended it.
+    void ended() { process_.result(); }
     void kill() { process_.kill(); }
     void interrupt() const { process_.signal(SIGINT); }
 

@@ -1,5 +1,6 @@
 #include "io/image.h"
 
+#include <OpenImageIO/imageio.h>
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -99,6 +100,96 @@ TEST_CASE("EXR holds floats exactly, beyond [0, 1] too, and halves to half's pre
         for (size_t i = 0; i < halves.values.size(); ++i)
             REQUIRE(halves.values[i] == doctest::Approx(image.values[i]).epsilon(1.0 / 2048));
     }
+}
+
+TEST_CASE("of an EXR that has fewer pixels than are shown, or others, what is shown is read") {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder / "windows.exr";
+    const std::vector<float> values(4 * 3 * 3, 0.5f);  // 4x3 pixels from (−1, 1) on, of a picture of 5x4 from (0, 0)
+    OIIO::ImageSpec spec(4, 3, 3, OIIO::TypeDesc::FLOAT);
+    spec.x = -1;
+    spec.y = 1;
+    spec.full_x = spec.full_y = 0;
+    spec.full_width = 5;
+    spec.full_height = 4;
+    const auto output = OIIO::ImageOutput::create(path.string());
+    REQUIRE(output->open(path.string(), spec));
+    REQUIRE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+    REQUIRE(output->close());
+
+    CHECK(read_image_header(path).size == Size{5, 4});
+    const Pixels pixels = read_image(path);
+    REQUIRE(pixels.size == Size{5, 4});
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x) {
+            CAPTURE(x);
+            CAPTURE(y);
+            CHECK(pixels.at(x, y, 1) == (x < 3 && y >= 1 ? 0.5f : 0));
+        }
+}
+
+TEST_CASE("of an EXR's layers and parts those are read that are named so") {
+    const TemporaryFolder folder;
+    const std::filesystem::path path = folder / "layers.exr";
+    // Every channel holds its number among all.
+    const auto write = [&](const std::vector<std::pair<std::string, std::vector<std::string>>>& parts) {
+        std::vector<OIIO::ImageSpec> specs;
+        for (const auto& [name, channels] : parts) {
+            OIIO::ImageSpec& spec = specs.emplace_back(3, 2, static_cast<int>(channels.size()), OIIO::TypeDesc::FLOAT);
+            spec.channelnames = channels;
+            spec.alpha_channel = spec.z_channel = -1;
+            if (parts.size() > 1) spec.attribute("oiio:subimagename", name);
+        }
+        const auto output = OIIO::ImageOutput::create(path.string());
+        REQUIRE(output->open(path.string(), static_cast<int>(specs.size()), specs.data()));
+        float number = 0;
+        for (size_t part = 0; part < specs.size(); ++part) {
+            if (part > 0) REQUIRE(output->open(path.string(), specs[part], OIIO::ImageOutput::AppendSubimage));
+            std::vector<float> values;
+            for (int pixel = 0; pixel < 6; ++pixel)
+                for (int c = 0; c < specs[part].nchannels; ++c) values.push_back(number + static_cast<float>(c));
+            number += static_cast<float>(specs[part].nchannels);
+            REQUIRE(output->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+        }
+        REQUIRE(output->close());
+    };
+    const auto read = [&](int most) {
+        const Pixels pixels = read_image(path, most);
+        CHECK(pixels.channels == most);
+        return std::vector<float>(pixels.values.end() - most, pixels.values.end());
+    };
+    using Values = std::vector<float>;
+
+    write({{"", {"R", "G", "B", "A", "Z"}}});
+    CHECK(read(3) == Values{0, 1, 2});
+    CHECK(read(2) == Values{0, 1});
+    CHECK(read(1) == Values{4});
+
+    // Blender's, of which the first in the alphabet is no colour.
+    write({{"",
+            {"View.Albedo.R", "View.Albedo.G", "View.Albedo.B", "View.Combined.R", "View.Combined.G", "View.Combined.B",
+             "View.Combined.A", "View.Depth.Z", "View.Normal.X", "View.Normal.Y", "View.Normal.Z", "View.Vector.X",
+             "View.Vector.Y", "View.Vector.Z", "View.Vector.W"}}});
+    CHECK(read(3) == Values{3, 4, 5});
+    CHECK(read(2) == Values{11, 12});
+    CHECK(read(1) == Values{7});
+
+    // Nuke's, and an engine's.
+    write({{"", {"R", "G", "B", "A", "depth.Z", "forward.u", "forward.v"}}});
+    CHECK(read(3) == Values{0, 1, 2});
+    CHECK(read(2) == Values{5, 6});
+    CHECK(read(1) == Values{4});
+    write({{"", {"R", "G", "B", "A", "Velocity.R", "Velocity.G", "SceneDepth.R"}}});
+    CHECK(read(2) == Values{4, 5});
+    CHECK(read(1) == Values{6});
+
+    write({{"normal", {"X", "Y", "Z"}}, {"rgba", {"R", "G", "B", "A"}}, {"velocity", {"X", "Y"}}, {"depth", {"Z"}}});
+    CHECK(read(3) == Values{3, 4, 5});
+    CHECK(read(2) == Values{7, 8});
+    CHECK(read(1) == Values{9});
+
+    write({{"", {"diffuse.R", "diffuse.G", "diffuse.B", "glossy.R", "glossy.G", "glossy.B"}}});
+    CHECK_THROWS_WITH_AS(read(3), Contains("which of its channels are colour? There are diffuse.R, diffuse.G"), Error);
 }
 
 TEST_CASE("values that are not finite") {

@@ -143,6 +143,8 @@ TEST_CASE("safetensors: entries that are wrong") {
     expect(message_for(entry("F64", "[1]", "[0, 8]")),
            "t.dtype must be one of \"F32\", \"F16\", \"I8\", \"I32\", not \"F64\"");
     expect(message_for(entry("F32", "2", "[0, 8]")), "t.shape must be a list");
+    expect(message_for(entry("F32", "[1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2]", "[0, 8]")),
+           "t.shape must be a list of at most 16, not a list of 17");
     expect(message_for(entry("F32", "[-2]", "[0, 8]")), "t.shape[0] must be a whole number");
     expect(message_for(entry("F32", "[1, 2.0]", "[0, 8]")), "t.shape[1] must be a whole number");
     expect(message_for(entry("F32", "[18446744073709551615]", "[0, 8]")), "t.shape[0] must be");

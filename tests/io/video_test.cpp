@@ -197,11 +197,7 @@ TEST_CASE("what cannot be written is named, and nothing is left") {
           }).starts_with("cannot write " + path.string() + ": libx264 takes no pictures of 40000x40000"));
     CHECK(left() == 0);
     fs::create_directory(path);
-    {
-        const auto writer = io::write_video(path, settings);
-        writer->write(picture({96, 64}, 0), 0, made);
-        CHECK(message_of([&] { writer->finish(); }).starts_with("cannot write " + path.string()));
-    }
+    CHECK(message_of([&] { io::write_video(path, settings); }) == "cannot write " + path.string() + ": Is a directory");
     CHECK(left() == 1);
     CHECK(message_of([&] {
               io::stream_video(

@@ -130,6 +130,7 @@ TEST_CASE("a median's interval is that of the tables of the sign test") {
     const auto many = median_ranks(10000);
     REQUIRE(many);
     CHECK(many->first == doctest::Approx(5000 - 1.96 * 50).epsilon(0.001));
+    CHECK(median_ranks(1'000'000)->first == doctest::Approx(500'000 - 1.96 * 500).epsilon(0.00001));
 }
 
 TEST_CASE("a figure is steady where enough turns agree") {
@@ -385,6 +386,9 @@ TEST_CASE("files that hold no results are refused") {
     broken = good;
     broken["items"][0]["device"] = "0:1";
     CHECK_THROWS_WITH_AS(compare_files(good, broken), doctest::Contains("items[0].device"), Error);
+    broken = good;
+    broken["items"][0]["score"]["latency"]["turns"] = 2147483647;
+    CHECK_THROWS_WITH_AS(compare_files(good, broken), doctest::Contains("items[0].score.latency.turns"), Error);
     broken = good;
     broken["devices"] = 3;
     CHECK_THROWS_AS(compare_files(good, broken), Error);

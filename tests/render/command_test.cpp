@@ -122,6 +122,30 @@ TEST_CASE("clarus render has the demo built in") {
     CHECK(studio.read("demo").frames[0].reference.empty());
 }
 
+TEST_CASE("a render goes on over images that are damaged by making them anew, and names a record that is") {
+    const Studio studio;
+    studio.render("whole");
+    const auto place = studio.folder / "sequence", obstacle = place / "depth" / "0001.exr";
+    std::filesystem::create_directories(obstacle / "in the way");
+    CHECK_THROWS_AS(studio.render("sequence"), Error);
+    std::filesystem::remove_all(obstacle);
+
+    const auto record = place / "sequence.unfinished.json";
+    const std::string good = io::read_file(record);
+    for (const std::string& bad : {std::string(), good.substr(0, good.size() / 2), std::string("{}")}) {
+        std::ofstream(record) << bad;
+        CHECK_THROWS_WITH_AS(studio.render("sequence"), Contains("--force"), Error);
+    }
+    std::ofstream(record) << good;
+    for (const char* name : {"color/0000.png", "motion/0000.exr"})
+        std::filesystem::resize_file(place / name, std::filesystem::file_size(place / name) / 2);
+    studio.render("sequence");
+    for (const char* name : {"color/0000.png", "motion/0000.exr", "color/0001.png", "sequence.json"}) {
+        CAPTURE(name);
+        CHECK(io::read_file(place / name) == io::read_file(studio.folder / "whole" / name));
+    }
+}
+
 TEST_CASE("a render that fails keeps what it has, and continues with the same options only") {
     const Studio studio;
     studio.render("whole");

@@ -602,6 +602,21 @@ class ReportPage(unittest.TestCase):
         self.assertEqual(len(self.names_on_the_roofline()), len(report["stages"]))
         self.assertNotIn("NaN", self.at("roofline-chart").get_attribute("innerHTML"))
 
+    def test_stages_that_take_no_time(self):
+        """As a device's coarse clock may say. And the browser logs no error."""
+        folder = self.folder / "timeless"
+        shutil.copytree(self.results["bicubic"], folder)
+        report = json.loads((folder / "report.json").read_text())
+        for stage in report["stages"]:
+            stage.update(seconds=0)
+        (folder / "report.json").write_text(json.dumps(report))
+        page = self.folder / "timeless.html"
+        run("report", folder, "--sequence", self.sequence, "-o", page)
+        self.open(page)
+        self.assertFalse(self.shown("roofline"))
+        for identifier in ("what-to-pick", "stages"):
+            self.assertNotIn("NaN", self.at(identifier).get_attribute("innerHTML"))
+
     def test_every_choice_can_be_made(self):
         """And the browser logs no error."""
         for select in self.browser.find_elements(By.CSS_SELECTOR, "select"):

@@ -38,6 +38,22 @@ TEST_SUITE("small") {
         CHECK(profiler.take().empty());
     }
 
+    TEST_CASE("what is kept of a run does not grow with it") {
+        Commands commands;
+        Profiler profiler(true);
+        const int stage = profiler.add_stage("a", "kernel", 1, 2);
+        constexpr int kFrames = Profiler::kFramesKept + 20;
+        for (int frame = 0; frame < kFrames; ++frame) {
+            profiler.begin_frame();
+            commands.run(profiler, stage);
+        }
+        const std::vector<StageProfile> profiles = profiler.take();
+        REQUIRE(profiles.size() == 1);
+        REQUIRE(profiles[0].spans.size() == Profiler::kFramesKept);
+        CHECK(profiles[0].spans.front().frame == 20);
+        CHECK(profiles[0].spans.back().frame == kFrames - 1);
+    }
+
     TEST_CASE("a stage's time is the median over frames of the sum of its launches") {
         Commands commands;
         Profiler profiler(true);

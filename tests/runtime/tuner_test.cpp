@@ -1,6 +1,10 @@
 #include "runtime/tuner.h"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -97,6 +101,45 @@ TEST_CASE("a tuning folder that cannot be made costs one warning") {
     tuner.select(convolution(24));
     set_log_callback({});
     CHECK(warnings == 1);
+}
+
+TEST_CASE("what is no file at a tuning file's place neither ends nor holds up a run") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    const std::filesystem::path file = tuning_file(folder);
+    const auto built_in = built_in_selection(convolution(16), test_device().profile()).describe();
+    int warnings = 0;
+    set_log_callback([&](LogLevel level, std::string_view) { warnings += level == LogLevel::warning; });
+    std::filesystem::remove(file);
+    SUBCASE("a folder") { std::filesystem::create_directory(file); }
+    SUBCASE("a pipe") { REQUIRE(mkfifo(file.c_str(), 0600) == 0); }
+    SUBCASE("values that nest deep") {
+        const std::string deep = R"({"results": {"a": )" + std::string(200'000, '[') + std::string(200'000, ']') + "}}";
+        std::ofstream(file) << deep;
+    }
+    CHECK(Tuner(test_device().context(), Tuning::stored).select_without_measuring(convolution(16)).describe() ==
+          built_in);
+    CHECK(warnings == 1);
+    set_log_callback({});
+}
+
+TEST_CASE("a lock that is held costs the results, not the run") {
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder.path());
+    Tuner(test_device().context(), Tuning::measure).select(convolution(16));
+    const int held = open((tuning_file(folder).string() + ".lock").c_str(), O_RDWR);
+    REQUIRE(held >= 0);
+    REQUIRE(flock(held, LOCK_EX) == 0);
+    std::string warning;
+    set_log_callback([&](LogLevel level, std::string_view text) {
+        if (level == LogLevel::warning) warning = text;
+    });
+    Tuner(test_device().context(), Tuning::measure).select(convolution(24));
+    set_log_callback({});
+    close(held);
+    CHECK_MESSAGE(warning.find("lock") != std::string::npos, warning);
+    CHECK(findings(folder) == 1);
 }
 
 TEST_CASE("a damaged tuning file is replaced") {

@@ -5,6 +5,8 @@
    device.h, model.h, stream.h, upscaler.h, interpolator.h, types.h. Functions that return clarus_status return
    CLARUS_OK or what went wrong, and clarus_last_error() then tells it in words. Start structs from
    clarus_default_options() and clarus_default_frame().
+   A pointer that is NULL where it may not be is CLARUS_INVALID_ARGUMENT; functions without a status return 0 or NULL
+   then, or do nothing, as they do for an index that is too large.
  */
 
 #include <stddef.h>
@@ -152,8 +154,10 @@ clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t 
 
 /* `done` may be NULL; else it receives an event that the caller releases with clReleaseEvent. */
 clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* frame, cl_event* done);
-/* Waits for the last submitted frame. */
+/* Waits for the last submitted frame, for ever where an event of `wait_for` never completes. */
 clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler);
+/* The same for so many seconds at most; `done` receives 1, or 0 where the frame is still under way. */
+clarus_status clarus_upscaler_wait_for(clarus_upscaler* upscaler, double seconds, int* done);
 void clarus_upscaler_reset(clarus_upscaler* upscaler);
 
 /* Makes the frame between each frame and the one before it, to be given what an upscaler made. Of the options, those of
@@ -168,8 +172,9 @@ clarus_status clarus_interpolator_prepare(clarus_interpolator* interpolator);
 
 /* `color` is the frame as it is shown, at output resolution. `done` as of clarus_upscaler_submit. */
 clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, const clarus_frame* frame, cl_event* done);
-/* Waits for the last submitted frame. */
+/* As those of the upscaler. */
 clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator);
+clarus_status clarus_interpolator_wait_for(clarus_interpolator* interpolator, double seconds, int* done);
 void clarus_interpolator_reset(clarus_interpolator* interpolator);
 
 #ifdef __cplusplus

@@ -87,7 +87,9 @@ class Device {
 };
 
 /// The folder that holds compiled programs and tuning results: $CLARUS_CACHE_DIR, else $XDG_CACHE_HOME/clarus, else
-/// ~/.cache/clarus. Made when first written to; everything in it can be deleted at any time.
+/// ~/.cache/clarus; empty where there is no such folder, and nothing is kept. Made when first written to, for its owner
+/// alone; everything in it can be deleted at any time. What it holds decides what runs on the device, so that files and
+/// folders of another user, or that others may write, are not used.
 std::string cache_directory();
 
 }  // namespace clarus

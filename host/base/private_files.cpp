@@ -1,0 +1,51 @@
+#include "base/private_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdint>
+
+namespace clarus {
+namespace {
+
+bool is_own(const struct stat& status) {
+    const bool owned = status.st_uid == geteuid() || status.st_uid == 0;
+    return owned && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
+}  // namespace
+
+bool make_private_folder(const std::filesystem::path& folder) {
+    std::filesystem::path part;
+    for (const std::filesystem::path& name : folder) {
+        part /= name;
+        mkdir(part.c_str(), 0700);  // what comes of it is seen below
+    }
+    struct stat status;
+    return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_own(status);
+}
+
+std::optional<std::string> read_private_file(const std::filesystem::path& path, size_t most) {
+    const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) return std::nullopt;
+    std::optional<std::string> bytes;
+    struct stat status;
+    if (fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_own(status) &&
+        static_cast<uintmax_t>(status.st_size) <= most) {
+        bytes.emplace(static_cast<size_t>(status.st_size), '\0');
+        for (size_t done = 0; bytes && done < bytes->size();) {
+            const ssize_t count = read(file, bytes->data() + done, bytes->size() - done);
+            if (count < 0 && errno == EINTR) continue;
+            if (count <= 0)
+                bytes.reset();
+            else
+                done += static_cast<size_t>(count);
+        }
+    }
+    close(file);
+    return bytes;
+}
+
+}  // namespace clarus
