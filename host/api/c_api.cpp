@@ -1,5 +1,8 @@
 #include <CL/cl.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <exception>
 #include <optional>
 #include <string>
@@ -80,6 +83,24 @@ clarus::Image image(const clarus_image& from) {
         from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}, {from.origin_x, from.origin_y}};
 }
 
+/// As much of a struct as both sides know, over the usual values. `from` may be smaller or larger than what this
+/// library knows. Errors: invalid_argument, where something is set that this library does not know.
+template <typename Struct>
+Struct known(const Struct* from, Struct usual, const char* name) {
+    if (!from) return usual;
+    const size_t size = from->struct_size;
+    if (size < sizeof from->struct_size)
+        clarus::fail(clarus::ErrorKind::invalid_argument, "{}.struct_size is {}; begin with clarus_default_{}()", name,
+                     size, name);
+    const std::byte* bytes = reinterpret_cast<const std::byte*>(from);
+    if (size > sizeof usual &&
+        std::any_of(bytes + sizeof usual, bytes + size, [](std::byte byte) { return byte != std::byte{}; }))
+        clarus::fail(clarus::ErrorKind::invalid_argument, "{} has set what came after version {} of the library", name,
+                     CLARUS_VERSION_STRING);
+    std::memcpy(&usual, bytes, std::min(size, sizeof usual));
+    return usual;
+}
+
 clarus::UpscalerOptions options_from(const clarus_options& from) {
     clarus::UpscalerOptions options;
     options.precision = static_cast<clarus::Precision>(from.precision);
@@ -109,7 +130,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     return options;
 }
 
-clarus::FrameDescription frame_from(const clarus_frame& from) {
+clarus::FrameDescription frame_from(const clarus_frame& given_frame) {
+    const clarus_frame from = known(&given_frame, clarus_default_frame(), "frame");
     clarus::FrameDescription frame;
     frame.render_size = {from.render_width, from.render_height};
     if (from.motion_scale_x != 0 || from.motion_scale_y != 0)
@@ -127,6 +149,15 @@ clarus::FrameDescription frame_from(const clarus_frame& from) {
     return frame;
 }
 
+/// `to` is a struct of a program that may know less of it, or more.
+template <typename Struct>
+void set_usual(Struct* to, Struct usual, size_t struct_size) {
+    if (!to) return;
+    usual.struct_size = struct_size;
+    std::memset(static_cast<void*>(to), 0, struct_size);
+    std::memcpy(static_cast<void*>(to), &usual, std::min(struct_size, sizeof usual));
+}
+
 /// `done` may be null.
 void hand_out(const clarus::FrameEvent& event, cl_event* done) {
     if (!done) return;
@@ -141,6 +172,9 @@ clarus_memory memory(const clarus::MemoryRequirements& from) {
 }  // namespace
 
 extern "C" {
+
+int clarus_version(void) { return CLARUS_VERSION; }
+const char* clarus_version_string(void) { return CLARUS_VERSION_STRING; }
 
 const char* clarus_last_error(void) { return last_error.c_str(); }
 
@@ -194,28 +228,28 @@ clarus_option_description clarus_model_option(const clarus_model* model, size_t 
 
 void clarus_model_release(clarus_model* model) { delete model; }
 
-clarus_options clarus_default_options(void) {
+void clarus_options_init(clarus_options* options, size_t struct_size) {
     const clarus::UpscalerOptions from;
-    clarus_options options{};
-    options.motion_scale_x = from.motion.scale.x;
-    options.motion_scale_y = from.motion.scale.y;
-    options.color_format = format(from.color_format);
-    options.depth_format = format(from.depth_format);
-    options.motion_format = format(from.motion_format);
-    options.output_format = format(from.output_format);
-    return options;
+    clarus_options usual{};
+    usual.motion_scale_x = from.motion.scale.x;
+    usual.motion_scale_y = from.motion.scale.y;
+    usual.color_format = format(from.color_format);
+    usual.depth_format = format(from.depth_format);
+    usual.motion_format = format(from.motion_format);
+    usual.output_format = format(from.output_format);
+    set_usual(options, usual, struct_size);
 }
 
-clarus_frame clarus_default_frame(void) {
-    clarus_frame frame{};
-    frame.exposure = 1;
-    return frame;
+void clarus_frame_init(clarus_frame* frame, size_t struct_size) {
+    clarus_frame usual{};
+    usual.exposure = 1;
+    set_usual(frame, usual, struct_size);
 }
 
 clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_model* model, int render_width,
                                      int render_height, const clarus_options* options, clarus_upscaler** upscaler) {
     return guarded([&] {
-        const clarus_options used = options ? *options : clarus_default_options();
+        const clarus_options used = known(options, clarus_default_options(), "options");
         *upscaler = new clarus_upscaler{
             clarus::Upscaler(device->device, model->model, {render_width, render_height}, options_from(used)), {}};
     });
@@ -281,7 +315,7 @@ clarus_status clarus_interpolator_create(const clarus_device* device, int render
                                          int output_width, int output_height, const clarus_options* options,
                                          clarus_interpolator** interpolator) {
     return guarded([&] {
-        const clarus_options used = options ? *options : clarus_default_options();
+        const clarus_options used = known(options, clarus_default_options(), "options");
         *interpolator = new clarus_interpolator{clarus::Interpolator(device->device, {render_width, render_height},
                                                                      {output_width, output_height}, options_from(used)),
                                                 {}};

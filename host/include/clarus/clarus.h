@@ -10,9 +10,14 @@
 #include <stddef.h>
 
 #include "clarus/format.h"
+#include "clarus/version.h"
 
 #ifdef __cplusplus
 extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#pragma GCC visibility push(default)
 #endif
 
 typedef struct _cl_context* cl_context;
@@ -47,7 +52,10 @@ typedef struct clarus_pipeline_option {
     double value;
 } clarus_pipeline_option;
 
+/* This one and clarus_frame grow with versions, at their ends. `struct_size` is how much of it the program knows: the
+   library takes what lies beyond to have its usual value, and refuses what it does not know itself and is set. */
 typedef struct clarus_options {
+    size_t struct_size;
     clarus_precision precision;
     clarus_tuning tuning;
     int linear_color; /* 0: display-encoded sRGB, 1: linear HDR */
@@ -81,6 +89,7 @@ typedef struct clarus_image {
 } clarus_image;
 
 typedef struct clarus_frame {
+    size_t struct_size;
     clarus_image color, depth, motion;
     float jitter_x, jitter_y;
     float exposure;
@@ -130,8 +139,21 @@ size_t clarus_model_option_count(const clarus_model* model);
 clarus_option_description clarus_model_option(const clarus_model* model, size_t index);
 void clarus_model_release(clarus_model* model);
 
-clarus_options clarus_default_options(void);
-clarus_frame clarus_default_frame(void);
+/* For what does not compile this header: `struct_size` bytes with their usual values, the size among them. */
+void clarus_options_init(clarus_options* options, size_t struct_size);
+void clarus_frame_init(clarus_frame* frame, size_t struct_size);
+
+static inline clarus_options clarus_default_options(void) {
+    clarus_options options;
+    clarus_options_init(&options, sizeof options);
+    return options;
+}
+
+static inline clarus_frame clarus_default_frame(void) {
+    clarus_frame frame;
+    clarus_frame_init(&frame, sizeof frame);
+    return frame;
+}
 
 /* Device and model may be released afterwards. */
 clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_model* model, int render_width,
@@ -171,6 +193,10 @@ clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, cons
 /* Waits for the last submitted frame. */
 clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator);
 void clarus_interpolator_reset(clarus_interpolator* interpolator);
+
+#if defined(__GNUC__)
+#pragma GCC visibility pop
+#endif
 
 #ifdef __cplusplus
 }

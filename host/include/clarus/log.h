@@ -3,6 +3,8 @@
 #include <functional>
 #include <string_view>
 
+#include "clarus/export.h"
+
 namespace clarus {
 
 enum class LogLevel { debug, info, warning };
@@ -12,6 +14,6 @@ using LogCallback = std::function<void(LogLevel, std::string_view message)>;
 /// Where Clarus reports what it does (kernels compiled, tuning, fallbacks taken) and what looks wrong without being an
 /// error. One callback for the process; none (silence) until set. May be called from any thread, never concurrently.
 /// What it throws is dropped.
-void set_log_callback(LogCallback callback);
+CLARUS_API void set_log_callback(LogCallback callback);
 
 }  // namespace clarus

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clarus/device.h"
+#include "clarus/export.h"
 #include "clarus/model.h"
 #include "clarus/stream.h"
 #include "clarus/types.h"
@@ -40,7 +41,7 @@ struct UpscalerOptions : StreamOptions {
 
 /// Runs one model on one stream of frames. Not thread-safe: one thread at a time; several upscalers are independent,
 /// also on one Device if their calls do not overlap.
-class Upscaler {
+class CLARUS_API Upscaler {
   public:
     /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose
     /// tensors do not fit its pipeline).
