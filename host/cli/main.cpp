@@ -6,6 +6,7 @@
 
 #include "clarus/error.h"
 #include "clarus/log.h"
+#include "clarus/version.h"
 #include "cli/commands.h"
 
 namespace {
@@ -37,7 +38,7 @@ int main(int argc, char** argv) {
         [logger](clarus::LogLevel level, std::string_view message) { logger->log(spdlog_level(level), message); });
 
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
-    app.set_version_flag("--version", "clarus " CLARUS_VERSION);
+    app.set_version_flag("--version", "clarus " CLARUS_VERSION_STRING);
     app.add_flag_callback(
         "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
     app.fallthrough();
