@@ -1,5 +1,9 @@
+#include <CL/cl.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
+#include <cstring>
 #include <exception>
 #include <optional>
 #include <string>
@@ -13,6 +17,7 @@
 #include "clarus/clarus.h"
 #include "clarus/error.h"
 #include "clarus/interpolator.h"
+#include "clarus/jitter.h"
 #include "clarus/log.h"
 #include "clarus/upscaler.h"
 
@@ -24,15 +29,29 @@ struct clarus_device {
 struct clarus_model {
     clarus::Model model;
 };
+struct clarus_list {
+    std::vector<std::string> words;
+};
+namespace {
+/// A profile that was taken, and as C has it.
+struct TakenProfile {
+    std::vector<clarus::StageProfile> stages{};
+    std::vector<std::vector<clarus_span>> spans{};
+    std::vector<clarus_stage_profile> rows{};
+};
+}  // namespace
 struct clarus_upscaler {
     clarus::Upscaler upscaler;
     std::optional<clarus::FrameEvent> last;
     std::vector<clarus::PlacedPart> parts{};
     std::vector<std::vector<const char*>> stages{};  // of the parts
+    clarus::Upscaler::View view{};
+    TakenProfile profile{};
 };
 struct clarus_interpolator {
     clarus::Interpolator interpolator;
     std::optional<clarus::FrameEvent> last;
+    TakenProfile profile{};
 };
 
 namespace {
@@ -124,6 +143,24 @@ clarus::Image image(const clarus_image& from) {
         from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}, {from.origin_x, from.origin_y}};
 }
 
+/// As much of a struct as both sides know, over the usual values. `from` may be smaller or larger than what this
+/// library knows. Errors: invalid_argument, where something is set that this library does not know.
+template <typename Struct>
+Struct known(const Struct* from, Struct usual, const char* name) {
+    if (!from) return usual;
+    const size_t size = from->struct_size;
+    if (size < sizeof from->struct_size)
+        clarus::fail(clarus::ErrorKind::invalid_argument, "{}.struct_size is {}; begin with clarus_default_{}()", name,
+                     size, name);
+    const std::byte* bytes = reinterpret_cast<const std::byte*>(from);
+    if (size > sizeof usual &&
+        std::any_of(bytes + sizeof usual, bytes + size, [](std::byte byte) { return byte != std::byte{}; }))
+        clarus::fail(clarus::ErrorKind::invalid_argument, "{} has set what came after version {} of the library", name,
+                     CLARUS_VERSION_STRING);
+    std::memcpy(&usual, bytes, std::min(size, sizeof usual));
+    return usual;
+}
+
 clarus::UpscalerOptions options_from(const clarus_options& from) {
     clarus::UpscalerOptions options;
     options.precision = static_cast<clarus::Precision>(from.precision);
@@ -142,6 +179,10 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.dynamic_resolution = from.dynamic_resolution != 0;
     if (from.placement) options.placement = from.placement;
     options.fallback = from.fallback != 0;
+    options.profile = from.profile != 0;
+    options.band_rows = from.band_rows;
+    if (from.view_count > 0) given(from.views, "options.views");
+    for (size_t i = 0; i < from.view_count; ++i) options.views.emplace_back(&given(from.views[i], "one of the views"));
     if (from.output_width != 0 || from.output_height != 0)
         options.output_size = clarus::Size{from.output_width, from.output_height};
     if (from.pipeline_option_count > 0) given(from.pipeline_options, "options.pipeline_options");
@@ -154,7 +195,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     return options;
 }
 
-clarus::FrameDescription frame_from(const clarus_frame& from) {
+clarus::FrameDescription frame_from(const clarus_frame& given_frame) {
+    const clarus_frame from = known(&given_frame, clarus_default_frame(), "frame");
     clarus::FrameDescription frame;
     frame.render_size = {from.render_width, from.render_height};
     if (from.motion_scale_x != 0 || from.motion_scale_y != 0)
@@ -171,8 +213,57 @@ clarus::FrameDescription frame_from(const clarus_frame& from) {
     if (from.wait_for_count > 0) given(from.wait_for, "frame.wait_for");
     for (size_t i = 0; i < from.wait_for_count; ++i)
         if (!from.wait_for[i]) clarus::fail(clarus::ErrorKind::invalid_argument, "frame.wait_for[{}] is NULL", i);
+    frame.reactive_mask = image(from.reactive_mask);
+    frame.transparency_mask = image(from.transparency_mask);
+    frame.opaque_color = image(from.opaque_color);
+    frame.hudless_color = image(from.hudless_color);
+    frame.ui = image(from.ui);
+    if (from.camera) {
+        clarus::FrameParameters::Camera& camera = frame.camera.emplace();
+        std::copy_n(from.camera->view, camera.view.size(), camera.view.begin());
+        std::copy_n(from.camera->projection, camera.projection.size(), camera.projection.begin());
+        camera.near_plane = from.camera->near_plane;
+        camera.far_plane = from.camera->far_plane;
+        camera.fov_y = from.camera->fov_y;
+    }
     frame.wait_for = {from.wait_for, from.wait_for_count};
     return frame;
+}
+
+/// `to` is a struct of a program that may know less of it, or more.
+template <typename Struct>
+void set_usual(Struct* to, Struct usual, size_t struct_size) {
+    if (!to) return;
+    usual.struct_size = struct_size;
+    std::memset(static_cast<void*>(to), 0, struct_size);
+    std::memcpy(static_cast<void*>(to), &usual, std::min(struct_size, sizeof usual));
+}
+
+clarus_status list_of(clarus_list** list, const auto& words) {
+    return guarded([&] {
+        clarus_list*& made = given(list, "the list");
+        made = new clarus_list{words()};
+    });
+}
+
+clarus_status jitter(float* x, float* y, const auto& pattern) {
+    return guarded([&] {
+        const clarus::Vec2 offset = pattern();
+        given(x, "x") = offset.x;
+        given(y, "y") = offset.y;
+    });
+}
+
+void take(TakenProfile& taken, auto& stream, const clarus_stage_profile** stages, size_t* count) {
+    taken = {stream.take_profile()};
+    for (const clarus::StageProfile& stage : taken.stages) {
+        std::vector<clarus_span>& spans = taken.spans.emplace_back();
+        for (const clarus::StageProfile::Span& span : stage.spans) spans.push_back({span.frame, span.start, span.end});
+        taken.rows.push_back({stage.name.c_str(), stage.kernel.c_str(), stage.device, stage.seconds, stage.operations,
+                              stage.bytes, spans.data(), spans.size()});
+    }
+    given(stages, "stages") = taken.rows.data();
+    given(count, "count") = taken.rows.size();
 }
 
 /// `done` may be null.
@@ -189,6 +280,9 @@ clarus_memory memory(const clarus::MemoryRequirements& from) {
 }  // namespace
 
 extern "C" {
+
+int clarus_version(void) { return CLARUS_VERSION; }
+const char* clarus_version_string(void) { return CLARUS_VERSION_STRING; }
 
 const char* clarus_last_error(void) { return last_error.c_str(); }
 
@@ -255,28 +349,28 @@ clarus_option_description clarus_model_option(const clarus_model* model, size_t 
 
 void clarus_model_release(clarus_model* model) { delete model; }
 
-clarus_options clarus_default_options(void) {
+void clarus_options_init(clarus_options* options, size_t struct_size) {
     const clarus::UpscalerOptions from;
-    clarus_options options{};
-    options.motion_scale_x = from.motion.scale.x;
-    options.motion_scale_y = from.motion.scale.y;
-    options.color_format = format(from.color_format);
-    options.depth_format = format(from.depth_format);
-    options.motion_format = format(from.motion_format);
-    options.output_format = format(from.output_format);
-    return options;
+    clarus_options usual{};
+    usual.motion_scale_x = from.motion.scale.x;
+    usual.motion_scale_y = from.motion.scale.y;
+    usual.color_format = format(from.color_format);
+    usual.depth_format = format(from.depth_format);
+    usual.motion_format = format(from.motion_format);
+    usual.output_format = format(from.output_format);
+    set_usual(options, usual, struct_size);
 }
 
-clarus_frame clarus_default_frame(void) {
-    clarus_frame frame{};
-    frame.exposure = 1;
-    return frame;
+void clarus_frame_init(clarus_frame* frame, size_t struct_size) {
+    clarus_frame usual{};
+    usual.exposure = 1;
+    set_usual(frame, usual, struct_size);
 }
 
 clarus_status clarus_upscaler_create(const clarus_device* device, const clarus_model* model, int render_width,
                                      int render_height, const clarus_options* options, clarus_upscaler** upscaler) {
     return guarded([&] {
-        const clarus_options used = options ? *options : clarus_default_options();
+        const clarus_options used = known(options, clarus_default_options(), "options");
         clarus_upscaler*& created = given(upscaler, "upscaler");
         created = new clarus_upscaler{clarus::Upscaler(given(device, "device").device, given(model, "model").model,
                                                        {render_width, render_height}, options_from(used)),
@@ -353,7 +447,7 @@ clarus_status clarus_interpolator_create(const clarus_device* device, int render
                                          int output_width, int output_height, const clarus_options* options,
                                          clarus_interpolator** interpolator) {
     return guarded([&] {
-        const clarus_options used = options ? *options : clarus_default_options();
+        const clarus_options used = known(options, clarus_default_options(), "options");
         clarus_interpolator*& created = given(interpolator, "interpolator");
         created =
             new clarus_interpolator{clarus::Interpolator(given(device, "device").device, {render_width, render_height},
@@ -392,6 +486,178 @@ clarus_status clarus_interpolator_wait_for(clarus_interpolator* interpolator, do
 
 void clarus_interpolator_reset(clarus_interpolator* interpolator) {
     if (interpolator) interpolator->interpolator.reset();
+}
+
+size_t clarus_list_count(const clarus_list* list) { return list ? list->words.size() : 0; }
+
+const char* clarus_list_item(const clarus_list* list, size_t index) {
+    return index < clarus_list_count(list) ? list->words[index].c_str() : nullptr;
+}
+
+void clarus_list_release(clarus_list* list) { delete list; }
+
+const char* clarus_cache_directory(void) {
+    thread_local std::string folder;
+    folder = clarus::cache_directory();
+    return folder.c_str();
+}
+
+clarus_status clarus_list_devices(clarus_list** selectors) {
+    return list_of(selectors, [] {
+        std::vector<std::string> words;
+        for (const clarus::DeviceProfile& profile : clarus::list_devices()) words.push_back(profile.selector);
+        return words;
+    });
+}
+
+clarus_status clarus_device_read_profile(const clarus_device* device, size_t index, clarus_device_profile* profile) {
+    return guarded([&] {
+        const std::vector<clarus::DeviceProfile>& profiles = given(device, "device").profiles;
+        if (index >= profiles.size())
+            clarus::fail(clarus::ErrorKind::invalid_argument, "index {}: there are {} devices", index, profiles.size());
+        const clarus::DeviceProfile& from = profiles[index];
+        clarus_device_profile read{};
+        const size_t size = given(profile, "profile").struct_size;
+        if (size < sizeof size)
+            clarus::fail(clarus::ErrorKind::invalid_argument, "profile.struct_size is {}; set it to its size", size);
+        read.selector = from.selector.c_str();
+        read.name = from.name.c_str();
+        read.vendor = from.vendor.c_str();
+        read.platform = from.platform.c_str();
+        read.driver_version = from.driver_version.c_str();
+        read.opencl_version = from.opencl_version.c_str();
+        read.device_class = static_cast<clarus_device_class>(from.device_class);
+        read.simulator = from.simulator;
+        read.compute_units = from.compute_units;
+        read.clock_mhz = from.clock_mhz;
+        read.float_vector_width = from.float_vector_width;
+        read.max_work_group_size = from.max_work_group_size;
+        read.global_memory = from.global_memory;
+        read.max_allocation = from.max_allocation;
+        read.local_memory = from.local_memory;
+        read.memory_alignment = from.memory_alignment;
+        read.local_memory_is_dedicated = from.local_memory_is_dedicated;
+        read.unified_memory = from.unified_memory;
+        read.images = from.images;
+        read.half_storage = from.half_storage;
+        read.half_arithmetic = from.half_arithmetic;
+        read.int8_dot_product = from.int8_dot_product;
+        read.vnni = from.vnni;
+        read.fast_fma = from.fast_fma;
+        read.subgroups = from.subgroups;
+        read.sub_devices = from.sub_devices;
+        set_usual(profile, read, size);
+    });
+}
+
+int clarus_device_is_one_context(const clarus_device* device) { return device && device->device.is_one_context(); }
+
+int clarus_device_programs_compiled(const clarus_device* device) {
+    return device ? device->device.programs_compiled() : 0;
+}
+
+clarus_status clarus_model_names(clarus_list** names) { return list_of(names, clarus::Model::names); }
+
+const char* clarus_model_name(const clarus_model* model) { return model ? model->model.name().c_str() : nullptr; }
+
+const char* clarus_model_pipeline(const clarus_model* model) {
+    return model ? model->model.pipeline().c_str() : nullptr;
+}
+
+double clarus_model_scale(const clarus_model* model) { return model ? model->model.scale() : 0; }
+
+clarus_status clarus_model_metadata_keys(const clarus_model* model, clarus_list** keys) {
+    return list_of(keys, [&] {
+        std::vector<std::string> words;
+        for (const auto& [key, value] : given(model, "model").model.metadata()) words.push_back(key);
+        return words;
+    });
+}
+
+const char* clarus_model_metadata(const clarus_model* model, const char* key) {
+    if (!model || !key) return nullptr;
+    const auto found = model->model.metadata().find(key);
+    return found == model->model.metadata().end() ? nullptr : found->second.c_str();
+}
+
+clarus_status clarus_halton_jitter(int frame, int count, float* x, float* y) {
+    return jitter(x, y, [&] {
+        if (frame < 0 || count < 1)
+            clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}, count {}: at least 0 and 1", frame, count);
+        return clarus::halton_jitter(frame, count);
+    });
+}
+
+clarus_status clarus_mnss_jitter(int frame, int scale, float* x, float* y) {
+    return jitter(x, y, [&] {
+        if (frame < 0) clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}: at least 0", frame);
+        return clarus::mnss_jitter(frame, scale);
+    });
+}
+
+clarus_status clarus_random_jitter(int frame, int scale, float* x, float* y) {
+    return jitter(x, y, [&] {
+        if (frame < 0 || scale < 1)
+            clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}, scale {}: at least 0 and 1", frame, scale);
+        return clarus::random_jitter(frame, scale);
+    });
+}
+
+int clarus_upscaler_needs_depth(const clarus_upscaler* upscaler) {
+    return upscaler && upscaler->upscaler.needs_depth();
+}
+
+int clarus_upscaler_needs_motion(const clarus_upscaler* upscaler) {
+    return upscaler && upscaler->upscaler.needs_motion();
+}
+
+clarus_status clarus_upscaler_prepare_with(clarus_upscaler* upscaler, void (*progress)(double, void*), void* user) {
+    return guarded([&] {
+        given(progress, "progress");
+        given(upscaler, "upscaler").upscaler.prepare([&](double part) { progress(part, user); });
+    });
+}
+
+clarus_status clarus_upscaler_invalid_motion_vectors(const clarus_upscaler* upscaler, unsigned* count) {
+    return guarded([&] {
+        const std::optional<clarus::FrameEvent>& last = given(upscaler, "upscaler").last;
+        given(count, "count") = last ? last->invalid_motion_vectors() : 0;
+    });
+}
+
+double clarus_upscaler_largest_jitter_distance(const clarus_upscaler* upscaler) {
+    return upscaler ? upscaler->upscaler.largest_jitter_distance() : 0;
+}
+
+clarus_status clarus_upscaler_view_names(const clarus_upscaler* upscaler, clarus_list** names) {
+    return list_of(names, [&] { return given(upscaler, "upscaler").upscaler.view_names(); });
+}
+
+clarus_status clarus_upscaler_view(clarus_upscaler* upscaler, const char* name, clarus_view* view) {
+    return guarded([&] {
+        clarus::Upscaler::View& kept = given(upscaler, "upscaler").view;
+        kept = upscaler->upscaler.view(&given(name, "name"));
+        given(view, "view") = {kept.size.width, kept.size.height, kept.channels, kept.maps, kept.pixels.data()};
+    });
+}
+
+clarus_status clarus_upscaler_take_profile(clarus_upscaler* upscaler, const clarus_stage_profile** stages,
+                                           size_t* count) {
+    return guarded([&] { take(given(upscaler, "upscaler").profile, upscaler->upscaler, stages, count); });
+}
+
+clarus_status clarus_interpolator_prepare_with(clarus_interpolator* interpolator, void (*progress)(double, void*),
+                                               void* user) {
+    return guarded([&] {
+        given(progress, "progress");
+        given(interpolator, "interpolator").interpolator.prepare([&](double part) { progress(part, user); });
+    });
+}
+
+clarus_status clarus_interpolator_take_profile(clarus_interpolator* interpolator, const clarus_stage_profile** stages,
+                                               size_t* count) {
+    return guarded(
+        [&] { take(given(interpolator, "interpolator").profile, interpolator->interpolator, stages, count); });
 }
 
 }  // extern "C"

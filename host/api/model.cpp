@@ -11,6 +11,7 @@
 
 #include "api/build_graph.h"
 #include "base/error.h"
+#include "base/place.h"
 #include "io/safetensors.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
@@ -20,16 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Folders to look for shipped models in: $CLARUS_MODEL_PATH, then those known when Clarus was built.
+/// Folders to look for shipped models in: $CLARUS_MODEL_PATH, then the one that comes with Clarus.
 std::vector<fs::path> model_folders() {
     std::vector<fs::path> folders;
-    const auto add = [&](const char* list) {
-        std::istringstream stream(list ? list : "");
-        for (std::string folder; std::getline(stream, folder, ':');)
-            if (!folder.empty()) folders.emplace_back(folder);
-    };
-    add(std::getenv("CLARUS_MODEL_PATH"));
-    add(CLARUS_MODEL_FOLDERS);
+    const char* list = std::getenv("CLARUS_MODEL_PATH");
+    std::istringstream stream(list ? list : "");
+    for (std::string folder; std::getline(stream, folder, ':');)
+        if (!folder.empty()) folders.emplace_back(folder);
+    folders.push_back(data_folder() / "models");
     return folders;
 }
 

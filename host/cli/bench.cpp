@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/parse.h"
 #include "base/precision.h"
+#include "clarus/version.h"
 #include "cli/bench_compare.h"
 #include "cli/bench_game.h"
 #include "cli/bench_placement.h"
@@ -151,7 +152,7 @@ void bench(Options& options) {
     OutputFolders folders;
     require_place_for(folders, output);
     options.bench.checks = measure::Checks::read(options.checks.empty() ? measure::shipped_checks() : options.checks);
-    options.bench.version = CLARUS_VERSION;
+    options.bench.version = CLARUS_VERSION_STRING;
     if (!options.without_start) options.bench.tool = std::filesystem::read_symlink("/proc/self/exe");
     const std::vector<measure::BenchItem> items = items_of(options);
     const std::filesystem::path unfinished = output.string() + ".part";

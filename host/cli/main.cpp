@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 #include "clarus/log.h"
+#include "clarus/version.h"
 #include "cli/commands.h"
 #include "cli/interrupt.h"
 #include "cli/printable.h"
@@ -73,7 +74,7 @@ int main(int argc, char** argv) {
     });
 
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
-    app.set_version_flag("--version", "clarus " CLARUS_VERSION);
+    app.set_version_flag("--version", "clarus " CLARUS_VERSION_STRING);
     app.add_flag_callback(
         "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
     app.fallthrough();

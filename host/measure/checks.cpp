@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <sstream>
 
 #include "base/error.h"
+#include "base/place.h"
 #include "io/file.h"
 #include "io/json_reader.h"
 #include "io/safetensors.h"
@@ -111,12 +111,6 @@ void Checks::set(const Model& model, Size render, const Sketch& expected) {
     expected_[{model.name(), model.scale(), render.width, render.height}] = {checksum(model), expected};
 }
 
-std::filesystem::path shipped_checks() {
-    std::istringstream candidates(CLARUS_BENCH_CHECKS);
-    std::string path;
-    while (std::getline(candidates, path, ':'))
-        if (std::filesystem::exists(path)) break;
-    return path;
-}
+std::filesystem::path shipped_checks() { return data_folder() / "bench-checks.json"; }
 
 }  // namespace clarus::measure

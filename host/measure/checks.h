@@ -57,7 +57,7 @@ class Checks {
     std::map<Key, Expected> expected_;
 };
 
-/// Where the shipped checks are: in the source tree, else where they are installed.
+/// Where the checks that come with Clarus are.
 std::filesystem::path shipped_checks();
 
 }  // namespace clarus::measure

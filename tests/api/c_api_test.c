@@ -31,8 +31,13 @@ int main(void) {
     double smallest = 0, largest = 0;
     clarus_option_description described;
     clarus_pipeline_option chosen[1];
+    struct {
+        clarus_options known;
+        int added;
+    } newer;
     size_t i;
 
+    CHECK(clarus_version() == CLARUS_VERSION && strcmp(clarus_version_string(), CLARUS_VERSION_STRING) == 0);
     CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
     CHECK(strstr(clarus_last_error(), "no such device"));
     CHECK(clarus_model_find("no-such-model", 2, &model) == CLARUS_INVALID_ARGUMENT);
@@ -57,6 +62,23 @@ int main(void) {
     chosen[0].value = 0.5;
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
     clarus_upscaler_release(upscaler);
+    /* Structs of programs that know less, or more, than the library. */
+    options.struct_size = 0;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "clarus_default_options"));
+    options.struct_size = offsetof(clarus_options, pipeline_options);
+    chosen[0].value = 2;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    clarus_options_init(&newer.known, sizeof newer);
+    CHECK(newer.known.struct_size == sizeof newer && newer.added == 0);
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &newer.known, &upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    newer.added = 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &newer.known, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), CLARUS_VERSION_STRING));
+    options.struct_size = sizeof options;
+    chosen[0].value = 0.5;
     chosen[0].name = NULL;
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
     options = clarus_default_options();

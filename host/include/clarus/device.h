@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "clarus/export.h"
+
 typedef struct _cl_context* cl_context;
 typedef struct _cl_device_id* cl_device_id;
 typedef struct _cl_command_queue* cl_command_queue;
@@ -42,7 +44,7 @@ struct DeviceProfile {
 
 /// Every device of every platform, in the order of their selectors. Empty where there is none.
 /// Errors: no_device where the OpenCL loader finds no platform.
-std::vector<DeviceProfile> list_devices();
+CLARUS_API std::vector<DeviceProfile> list_devices();
 
 namespace ocl {
 class Context;
@@ -51,7 +53,7 @@ class Context;
 /// A device with a context, a queue and a cache of compiled programs, or several that work on a network together
 /// (StreamOptions::placement). A handle: copies mean the same device. Upscalers of one Device may
 /// be used from several threads, each from one at a time (clarus/upscaler.h).
-class Device {
+class CLARUS_API Device {
   public:
     /// `selector`: "auto" (a GPU, else a DSP, else a CPU; the most compute units first), a class ("gpu", "cpu", "dsp"),
     /// an index ("0:1": platform 0, device 1), a part of a name (case does not matter), and after any of them "/N" for
@@ -90,6 +92,6 @@ class Device {
 /// ~/.cache/clarus; empty where there is no such folder, and nothing is kept. Made when first written to, for its owner
 /// alone; everything in it can be deleted at any time. What it holds decides what runs on the device, so that files and
 /// folders of another user, or that others may write, are not used.
-std::string cache_directory();
+CLARUS_API std::string cache_directory();
 
 }  // namespace clarus

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "clarus/export.h"
+
 namespace clarus {
 
 enum class ErrorKind {
@@ -15,7 +17,7 @@ enum class ErrorKind {
 };
 
 /// The one exception that Clarus throws on purpose. `what()` says what is wrong and what to do about it.
-class Error : public std::runtime_error {
+class CLARUS_API Error : public std::runtime_error {
   public:
     Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
     ErrorKind kind() const noexcept { return kind_; }

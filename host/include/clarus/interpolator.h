@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clarus/device.h"
+#include "clarus/export.h"
 #include "clarus/stream.h"
 
 namespace clarus {
@@ -14,7 +15,7 @@ using InterpolatorOptions = StreamOptions;
 /// Makes the frame in the middle between each frame shown and the one before it, without a network, from motion and
 /// depth (docs/interpolate.md). To be given what an upscaler has made of a frame, before user interface is drawn on it:
 /// that has no motion, and belongs on the frames in between as on the others. Not thread-safe, as Upscaler is not.
-class Interpolator {
+class CLARUS_API Interpolator {
   public:
     /// `render_size` is that of depth and motion, `output_size` that of the pictures, not smaller along either axis.
     /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options).

@@ -3,6 +3,8 @@
 #include <functional>
 #include <string_view>
 
+#include "clarus/export.h"
+
 namespace clarus {
 
 enum class LogLevel { debug, info, warning };
@@ -13,6 +15,6 @@ using LogCallback = std::function<void(LogLevel, std::string_view message)>;
 /// error. One callback for the process; none (silence) until set. May be called from any thread, never concurrently.
 /// What it throws is dropped. It may set another callback; of what it does else with Clarus it hears nothing, and
 /// it must not wait for another thread that uses Clarus, as opening a device may.
-void set_log_callback(LogCallback callback);
+CLARUS_API void set_log_callback(LogCallback callback);
 
 }  // namespace clarus

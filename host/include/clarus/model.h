@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "clarus/export.h"
+
 namespace clarus {
 
 namespace io {
@@ -31,11 +33,11 @@ struct PipelineOption {
     bool limited_by_model = false;
 
     /// What values it takes, in words: "from 0 to 1".
-    std::string range() const;
+    CLARUS_API std::string range() const;
 };
 
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
-class Model {
+class CLARUS_API Model {
   public:
     /// A `.safetensors` file (docs/formats.md, "A model"). `scale` is used where the model has no scale of its own: its
     /// metadata `scale` is "any", or it was published without metadata, as Arm's NSS is (docs/nss.md). Errors: file,

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "clarus/export.h"
 #include "clarus/types.h"
 
 // What upscalers and interpolators have in common: settings, frames, and what they tell of themselves.
@@ -145,7 +146,7 @@ struct PlacedPart {
 };
 
 /// What a submitted frame leaves behind. A handle; copies mean the same frame.
-class FrameEvent {
+class CLARUS_API FrameEvent {
   public:
     explicit FrameEvent(std::shared_ptr<const runtime::FrameResult> result);
     /// Waits until the output is there and the inputs may be reused. Errors: device.

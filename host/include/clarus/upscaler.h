@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clarus/device.h"
+#include "clarus/export.h"
 #include "clarus/model.h"
 #include "clarus/stream.h"
 #include "clarus/types.h"
@@ -42,7 +43,7 @@ struct UpscalerOptions : StreamOptions {
 /// also on one Device: each has queues of its own there, so that devices take their frames in turns, as they are ready;
 /// but on a Device that was adopted with an in-order queue, where frames of all go one after the other and their calls
 /// must not overlap.
-class Upscaler {
+class CLARUS_API Upscaler {
   public:
     /// Plans; allocates and compiles nothing yet. Errors: invalid_argument (sizes, options), file (a model whose
     /// tensors do not fit its pipeline).
