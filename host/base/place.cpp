@@ -30,9 +30,10 @@ Object own_object() {
 
 fs::path data_folder() {
     const Object own = own_object();
-    const fs::path beside = (own.folder / (own.is_program ? CLARUS_DATA_FROM_PROGRAM : CLARUS_DATA_FROM_LIBRARY));
+    const fs::path beside = own.folder / (own.is_program ? CLARUS_DATA_FROM_PROGRAM : CLARUS_DATA_FROM_LIBRARY);
     std::error_code error;
-    return fs::is_directory(beside, error) ? beside.lexically_normal() : fs::path(CLARUS_DATA_FOLDER);
+    const bool is_there = !own.folder.empty() && fs::is_directory(beside, error);
+    return is_there ? beside.lexically_normal() : fs::path(CLARUS_DATA_FOLDER);
 }
 
 }  // namespace clarus
