@@ -1464,7 +1464,7 @@ TEST_CASE("a report, a trace or a description that the disk has no room for is n
     SUBCASE("a report or a trace") {
         REQUIRE(place.upscale("bicubic").exit_code == 0);  // so that the kernels are there
         const json few = place.description();
-        for (const auto& [option, frames] : {std::pair{"--report", 12000}, {"--trace", 3000}}) {
+        for (const auto& [option, frames] : {std::pair{"--report", 12000}, {"--trace", 5000}}) {
             json many = few;
             for (int i = frame_count; i < frames; ++i) many["frames"].push_back(few["frames"][i % frame_count]);
             place.describe(many);
