@@ -1078,6 +1078,11 @@ TEST_CASE("a sequence's faults are found before anything is written") {
         place.describe(bad);
         check_refused(place, place.upscale("bicubic"), "render_size");
     }
+    SUBCASE("a field that there is not") {
+        bad["frames"][2]["jiter"] = {0, 0};
+        place.describe(bad);
+        check_refused(place, place.upscale("bicubic"), "\"jiter\"; is it jitter?");
+    }
     SUBCASE("a field of another type") {
         bad["frames"][2]["jitter"] = "none";
         place.describe(bad);
