@@ -37,7 +37,7 @@ def distances(sequence, depth):
     """Linear in the distance along the view, in any unit."""
     facts = sequence["depth"]
     if facts["encoding"] == "linear":
-        return 1 - depth if facts["reversed"] else depth
+        return 1 - depth if facts.get("reversed", False) else depth
     near, far = facts["near"], facts["far"]
     value = 1 - depth if facts["reversed"] else depth
     return near / (1 - value * (1 if far is None else 1 - near / far))

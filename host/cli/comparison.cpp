@@ -16,6 +16,7 @@
 #include "io/file.h"
 #include "io/frames.h"
 #include "io/image.h"
+#include "io/image_folder.h"
 #include "io/qrisp.h"
 #include "metrics/display.h"
 #include "metrics/if_ssim.h"
@@ -107,7 +108,7 @@ struct Measure {
 class Result {
   public:
     Result(const std::filesystem::path& folder, std::span<const Reference> references, bool with_vmaf)
-        : images_(images_in(folder)) {
+        : images_(io::images_in(folder)) {
         if (with_vmaf) vmaf_ = std::make_unique<metrics::Vmaf>();
         compared_.folder = folder;
         for (const Reference& reference : references)
@@ -236,7 +237,7 @@ std::vector<Reference> read_references(const ReferenceOptions& options) {
     const std::filesystem::path& path = options.sequence.path;
     if (is_image_folder(options.sequence)) {
         const ColorSpace color_space = options.linear ? ColorSpace::linear : ColorSpace::srgb;
-        for (const auto& [name, file] : images_in(path))
+        for (const auto& [name, file] : io::images_in(path))
             references.push_back({name, file, color_space, 1, references.size(), nullptr});
         options.sequence.frames.cut(references, path);
         return references;

@@ -1,34 +1,8 @@
 #include "cli/image_folder.h"
 
-#include <algorithm>
-#include <array>
-#include <system_error>
-
 #include "base/error.h"
 
 namespace clarus::cli {
-namespace {
-
-constexpr std::array<const char*, 9> extensions{".png",  ".exr", ".tif", ".tiff", ".jpg",
-                                                ".jpeg", ".tga", ".bmp", ".hdr"};
-
-}  // namespace
-
-std::map<std::string, std::filesystem::path> images_in(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::map<std::string, std::filesystem::path> images;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-        const std::filesystem::path& path = entry.path();
-        if (std::find(extensions.begin(), extensions.end(), path.extension().string()) == extensions.end()) continue;
-        const auto [other, is_new] = images.emplace(path.stem().string(), path);
-        if (!is_new)
-            fail(ErrorKind::file, "{} and {} are one frame twice; move one of them away", other->second.string(),
-                 path.string());
-    }
-    if (error) fail(ErrorKind::file, "cannot read the folder {}: {}", folder.string(), error.message());
-    if (images.empty()) fail(ErrorKind::file, "there is no image in {}", folder.string());
-    return images;
-}
 
 std::filesystem::path require_image(const std::map<std::string, std::filesystem::path>& images, const std::string& name,
                                     const std::filesystem::path& folder) {

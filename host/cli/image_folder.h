@@ -6,11 +6,7 @@
 
 namespace clarus::cli {
 
-/// The images directly in a folder by their names without extension. Errors: file where it is no folder, holds no
-/// image, or two of one name.
-std::map<std::string, std::filesystem::path> images_in(const std::filesystem::path& folder);
-
-/// The one of a name that must be there. Errors: file.
+/// Of io::images_in, the one of a name that must be there. Errors: file.
 std::filesystem::path require_image(const std::map<std::string, std::filesystem::path>& images, const std::string& name,
                                     const std::filesystem::path& folder);
 

@@ -21,6 +21,7 @@
 #include "cli/report_traces.h"
 #include "io/file.h"
 #include "io/image.h"
+#include "io/image_folder.h"
 #include "io/json_reader.h"
 #include "measure/bench_file.h"
 #include "metrics/blocks.h"
@@ -92,7 +93,7 @@ std::set<fs::path> view_folders(const fs::path& result) {
 void add_views(const ComparedResult& result, const std::string& name, const Pictures& pictures,
                std::span<const Reference> references, Json& sources) {
     for (const fs::path& folder : view_folders(result.folder)) {
-        const auto images = images_in(folder);
+        const auto images = io::images_in(folder);
         const auto file_of = [&](size_t index) { return require_image(images, references[index].name, folder); };
         sources.push_back(
             pictures.source(fmt::format("{}: {}", name, folder.filename().string()), "view", file_of, true));
@@ -107,16 +108,16 @@ void refuse_overwriting_inputs(const ReportOptions& options, std::span<const Ref
         if (const auto& sequence = references.front().sequence)
             taken.add(path, *sequence);
         else
-            for (const auto& [name, file] : images_in(path)) taken.add(file, "a reference");
+            for (const auto& [name, file] : io::images_in(path)) taken.add(file, "a reference");
     }
     for (const fs::path& file : options.benches) taken.add(file, "what clarus bench wrote");
     for (const std::vector<fs::path>& run : options.traces)
         for (const fs::path& file : run) taken.add(file, "a trace");
     for (const fs::path& result : options.results) {
         taken.add(run_file(result), "what clarus upscale wrote");
-        for (const auto& [name, file] : images_in(result)) taken.add(file, "an image of a result");
+        for (const auto& [name, file] : io::images_in(result)) taken.add(file, "an image of a result");
         for (const fs::path& folder : view_folders(result))
-            for (const auto& [name, file] : images_in(folder)) taken.add(file, "a picture of a view");
+            for (const auto& [name, file] : io::images_in(folder)) taken.add(file, "a picture of a view");
     }
     taken.take("--output", options.output);
 }

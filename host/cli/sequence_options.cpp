@@ -39,10 +39,12 @@ void SequenceOptions::add_to(CLI::App& command) {
             "Frames A <= i < B, counted from 0; A: and :B leave the other side open. The first of them starts anew, as "
             "after a cut")
         ->type_name("A:B");
-    add_choice<io::Layout, io::Layout>(
-        command, "--layout", layout,
-        {{"native", io::Layout::native}, {"qrisp", io::Layout::qrisp}, {"nss", io::Layout::nss}},
-        "How the sequence is laid out; guessed where not given");
+    add_choice<io::Layout, io::Layout>(command, "--layout", layout,
+                                       {{"native", io::Layout::native},
+                                        {"qrisp", io::Layout::qrisp},
+                                        {"nss", io::Layout::nss},
+                                        {"images", io::Layout::images}},
+                                       "How the sequence is laid out; guessed where not given");
 }
 
 io::Sequence SequenceOptions::read(double scale) const {

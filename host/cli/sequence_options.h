@@ -41,7 +41,8 @@ struct SequenceOptions {
 
     void add_to(CLI::App& command);  // but for the path
 
-    /// The sequence with the frames asked for. `scale` tells an NSS capture's ratio. Errors: those of read_sequence and
+    /// The sequence with the frames asked for. `scale` tells an NSS capture's ratio, and by what images
+    /// alone are upscaled. Errors: those of read_sequence and
     /// FrameRange::cut.
     io::Sequence read(double scale) const;
 };

@@ -248,7 +248,10 @@ void upscale(const UpscaleOptions& options) {
 void add_upscale_command(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("upscale", "Upscale a sequence of rendered frames");
     const auto options = std::make_shared<UpscaleOptions>();
-    command.add_option("SEQUENCE", options->sequence.path, "The sequence's folder or JSON")->required();
+    command
+        .add_option("SEQUENCE", options->sequence.path,
+                    "The sequence's folder or JSON. For models that need colour alone, also a folder of images, or one")
+        ->required();
     command.add_option("--model", options->wish.model, "A shipped model's or filter's name (clarus models), or a file")
         ->required();
     command
@@ -337,6 +340,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled.mp4 --crf 14\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
+        "  clarus upscale photo.png --model espcn-x2 --output upscaled\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"cpu/1, cpu/1=dsp\" "
         "--place \"*convolution*=dsp\"");

@@ -62,6 +62,14 @@ Pixels read_checked(const std::filesystem::path& path, const Expectation& expect
 }  // namespace
 
 void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
+    if (!sequence.is_described && (needs_depth || needs_motion))
+        fail(ErrorKind::file,
+             "{}: images alone lack {} and jitter, which the model needs; describe them in a sequence.json "
+             "(docs/formats.md), or take a model that needs colour alone, such as srpo-x2, espcn-x2 or bicubic",
+             sequence.frames.size() == 1 ? sequence.frames.front().color.string() : sequence.folder.string(),
+             !needs_motion  ? "depth"
+             : !needs_depth ? "motion"
+                            : "depth, motion");
     for (const FrameFiles& frame : sequence.frames) {
         const bool lacks_depth = needs_depth && frame.depth.empty();
         if (lacks_depth || (needs_motion && frame.motion.empty()))

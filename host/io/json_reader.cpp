@@ -1,6 +1,11 @@
 #include "io/json_reader.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include "base/error.h"
@@ -20,6 +25,42 @@ std::string shortened(const nlohmann::json& value) {
     std::string text = value.dump(-1, ' ', true);
     if (text.size() > longest) text = text.substr(0, longest) + "…";
     return text;
+}
+
+/// Letters in small, digits; what words are joined by does not tell names apart.
+std::string bare(std::string_view name) {
+    std::string result;
+    for (const unsigned char c : name)
+        if (std::isalnum(c)) result += static_cast<char>(std::tolower(c));
+    return result;
+}
+
+/// How many letters are put in, left out or replaced to make one of the other.
+size_t edit_distance(std::string_view from, std::string_view to) {
+    std::vector<size_t> row(to.size() + 1);
+    std::iota(row.begin(), row.end(), size_t{0});
+    for (size_t i = 0; i < from.size(); ++i) {
+        size_t diagonal = std::exchange(row[0], i + 1);
+        for (size_t j = 0; j < to.size(); ++j) {
+            const size_t replaced = diagonal + (from[i] != to[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// The name that was probably meant; empty where none is near.
+std::string_view nearest(std::string_view given, std::span<const std::string_view> names) {
+    constexpr size_t longest = 64;
+    if (given.size() > longest) return {};
+    std::string_view best;
+    size_t least = std::string_view::npos;
+    for (const std::string_view name : names) {
+        const size_t distance = edit_distance(bare(given), bare(name));
+        if (distance < least && distance <= 1 + name.size() / 4) least = distance, best = name;
+    }
+    return best;
 }
 
 }  // namespace
@@ -67,6 +108,16 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
     return result;
 }
 
+void JsonNode::allow_members(std::span<const std::string_view> names) const {
+    for (const auto& [key, node] : members()) {
+        if (std::ranges::find(names, key) != names.end()) continue;
+        const std::string_view meant = nearest(key, names);
+        fail(ErrorKind::file, "{}: {} has the unknown field {}; {}", file_->string(),
+             place_.empty() ? "the top level" : place_, shortened(key),
+             meant.empty() ? fmt::format("there are {}", fmt::join(names, ", ")) : fmt::format("is it {}?", meant));
+    }
+}
+
 std::vector<JsonNode> JsonNode::items() const {
     if (!value_->is_array()) refuse("a list");
     if (value_->size() > kLongestList) refuse(fmt::format("a list of at most {}", kLongestList));
@@ -112,9 +163,9 @@ float JsonNode::positive() const {
     return value_->get<float>();
 }
 
-void JsonNode::refuse(std::string_view expected) const {
-    fail(ErrorKind::file, "{}: {} must be {}, not {}", file_->string(), place_.empty() ? "the top level" : place_,
-         expected, shortened(*value_));
+void JsonNode::refuse(std::string_view expected, std::string_view remark) const {
+    fail(ErrorKind::file, "{}: {} must be {}, not {}{}", file_->string(), place_.empty() ? "the top level" : place_,
+         expected, shortened(*value_), remark);
 }
 
 }  // namespace clarus::io

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,6 +27,8 @@ class JsonNode {
     JsonNode operator[](const std::string& key) const;  // a member that must be there
     std::optional<JsonNode> find(const std::string& key) const;
     std::vector<std::pair<std::string, JsonNode>> members() const;
+    /// Errors: file, for a member that is none of these; suggests the nearest of them, or lists them.
+    void allow_members(std::span<const std::string_view> names) const;
     std::vector<JsonNode> items() const;
     std::vector<JsonNode> items(size_t count) const;
 
@@ -48,8 +51,8 @@ class JsonNode {
         refuse((words.size() > 1 ? "one of " : "") + allowed);
     }
 
-    /// Throws: this value must be what `expected` says.
-    [[noreturn]] void refuse(std::string_view expected) const;
+    /// Throws: this value must be what `expected` says. `remark` follows what it is, for a reason or a way out.
+    [[noreturn]] void refuse(std::string_view expected, std::string_view remark = {}) const;
 
   private:
     const nlohmann::json* value_;

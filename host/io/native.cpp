@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 #include <span>
+#include <string_view>
 #include <tuple>
 
 #include "base/error.h"
@@ -21,6 +22,21 @@ constexpr double largest_scale = largest_extent;  // that of an image of one pix
 // Optional images of a frame that no pipeline uses yet.
 constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
                                     "ui",       "reference_depth", "reference_motion", "reference_aliased"};
+
+// What objects of docs/formats.md may hold.
+using Names = std::string_view;
+constexpr std::array root_fields = std::to_array<Names>(
+    {"version", "render_size", "scale", "output_size", "frame_rate", "color_space", "depth", "motion", "frames"});
+constexpr std::array depth_fields = std::to_array<Names>({"encoding", "reversed", "near", "far"});
+constexpr std::array motion_fields = std::to_array<Names>({"unit", "direction", "y", "jittered", "sampled_at"});
+constexpr std::array camera_fields = std::to_array<Names>({"view", "projection", "near", "far", "fov_y"});
+constexpr std::array frame_fields =
+    std::to_array<Names>({"color", "depth", "motion", "jitter", "reset", "exposure", "render_size", "reference",
+                          "camera", "reactive", "transparency", "opaque_color", "hudless_color", "ui",
+                          "reference_depth", "reference_motion", "reference_aliased"});
+static_assert(std::ranges::all_of(further_images, [](Names name) {
+    return std::ranges::find(frame_fields, name) != frame_fields.end();
+}));
 
 Size read_size(const JsonNode& node) {
     const std::vector<JsonNode> sides = node.items(2);
@@ -41,9 +57,15 @@ std::filesystem::path file_inside(const JsonNode& node, const Folder& folder) {
         node.refuse("a path relative to the sequence's folder");
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(folder.path / relative, error);
-    if (error || std::ranges::mismatch(folder.canonical, file).in1 != folder.canonical.end())
-        node.refuse("a path inside the sequence's folder");
-    return folder.path / relative;
+    const bool is_inside = !error && std::ranges::mismatch(folder.canonical, file).in1 == folder.canonical.end();
+    if (is_inside) return folder.path / relative;
+    const bool leaves_by_name = *relative.lexically_normal().begin() == "..";
+    node.refuse("a path inside the sequence's folder",
+                error            ? fmt::format(": {}", error.message())
+                : leaves_by_name ? ""
+                                 : fmt::format(", which a link leads out to {}; put the images themselves there, or "
+                                               "sequence.json into a folder that holds them all",
+                                               file.string()));
 }
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -58,15 +80,18 @@ std::pair<float, float> read_planes(const JsonNode& node) {
 }
 
 void read_depth(const JsonNode& node, Sequence& sequence) {
+    node.allow_members(depth_fields);
     if (const auto encoding = node.find("encoding"))
         sequence.depth.projective = encoding->choice<bool>({{"linear", false}, {"projective", true}});
-    sequence.depth.reversed = node["reversed"].boolean();
+    const auto reversed = node.find("reversed");
+    if (reversed || sequence.depth.projective) sequence.depth.reversed = node["reversed"].boolean();
     if (!sequence.depth.projective) return;
     const auto [near, far] = read_planes(node);
     for (FrameFiles& frame : sequence.frames) frame.near_plane = near, frame.far_plane = far;
 }
 
 MotionConvention read_motion_convention(const JsonNode& node) {
+    node.allow_members(motion_fields);
     MotionConvention motion;
     motion.unit = node["unit"].choice<MotionUnit>({{"pixels", MotionUnit::pixels}, {"uv", MotionUnit::uv}});
     motion.from_previous = node["direction"].choice<bool>({{"to_previous", false}, {"from_previous", true}});
@@ -87,6 +112,7 @@ std::array<float, 16> read_matrix(const JsonNode& node) {
 }
 
 FrameDescription::Camera read_camera(const JsonNode& node) {
+    node.allow_members(camera_fields);
     FrameDescription::Camera camera;
     camera.view = read_matrix(node["view"]);
     camera.projection = read_matrix(node["projection"]);
@@ -104,6 +130,7 @@ Size read_frame_size(const JsonNode& node, Size largest) {
 }
 
 FrameFiles read_frame_files(const JsonNode& node, const Folder& folder, Size largest) {
+    node.allow_members(frame_fields);
     FrameFiles frame;
     if (const auto size = node.find("render_size")) frame.render_size = read_frame_size(*size, largest);
     const auto optional_file = [&](const char* key) {
@@ -140,6 +167,7 @@ void name_frames(std::vector<FrameFiles>& frames) {
 Sequence read_native(const std::filesystem::path& description) {
     const nlohmann::json json = parse_json(read_file(description, largest_description), description);
     const JsonNode root(json, description);
+    root.allow_members(root_fields);
     Sequence sequence;
     sequence.folder = description.has_parent_path() ? description.parent_path() : ".";
     root["version"].integer(1, 1);
@@ -164,6 +192,11 @@ Sequence read_native(const std::filesystem::path& description) {
     if (some_frame_has(&FrameFiles::depth)) read_depth(root["depth"], sequence);
     if (some_frame_has(&FrameFiles::motion)) sequence.motion = read_motion_convention(root["motion"]);
     return sequence;
+}
+
+bool looks_native(const std::filesystem::path& file) {
+    const auto json = nlohmann::json::parse(read_file(file, largest_description), nullptr, false);
+    return json.is_discarded() || json.contains("frames");
 }
 
 namespace {

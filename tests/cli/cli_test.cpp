@@ -1235,6 +1235,33 @@ TEST_CASE("a tool without its modules does what needs none, and names what it la
     check_refused(place, upscale, "clarus_images.so");
 }
 
+TEST_CASE("images alone are upscaled by models that need no more") {
+    const Workplace place;
+    REQUIRE(place.upscale("bicubic").exit_code == 0);
+    const auto upscale_images = [&](const fs::path& images, const std::string& model) {
+        return run_tool({"upscale", images.string(), "--model", model, "--output", (place / "alone").string(),
+                         "--device", test_selector()});
+    };
+    const auto is_same = [&](const char* name) {
+        return io::read_file(place / "alone" / name) == io::read_file(place.output() / name);
+    };
+    // The sequence has no jitter.
+    const fs::path color = place.sequence() / "color";
+    const Outcome folder = upscale_images(color, "bicubic");
+    CHECK_MESSAGE(folder.exit_code == 0, folder.err);
+    for (const std::string& name : all_png) CHECK(is_same(name.c_str()));
+    fs::remove_all(place / "alone");
+    const Outcome one = upscale_images(color / "0002.png", "bicubic");
+    CHECK_MESSAGE(one.exit_code == 0, one.err);
+    CHECK(is_same("0002.png"));
+    CHECK_FALSE(fs::exists(place / "alone/0003.png"));
+    fs::remove_all(place / "alone");
+    const Outcome refused = upscale_images(color, network);
+    CHECK(refused.exit_code == 1);
+    CHECK_MESSAGE(contains(refused.err, "color: images alone lack depth, motion and jitter"), refused.err);
+    CHECK_FALSE(fs::exists(place / "alone"));
+}
+
 TEST_CASE("wrong usage is told apart from failure") {
     CHECK(run_tool({}).exit_code == 2);
     CHECK(run_tool({"upscale"}).exit_code == 2);
@@ -1263,6 +1290,11 @@ TEST_CASE("a sequence's faults are found before anything is written") {
         bad.erase("render_size");
         place.describe(bad);
         check_refused(place, place.upscale("bicubic"), "render_size");
+    }
+    SUBCASE("a field that there is not") {
+        bad["frames"][2]["jiter"] = {0, 0};
+        place.describe(bad);
+        check_refused(place, place.upscale("bicubic"), "\"jiter\"; is it jitter?");
     }
     SUBCASE("a field of another type") {
         bad["frames"][2]["jitter"] = "none";

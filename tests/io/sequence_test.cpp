@@ -84,8 +84,6 @@ TEST_CASE("a native sequence says what its JSON says") {
     text["frames"][1]["exposure"] = 1.5;
     text["frames"][2]["reset"] = true;
     text["frames"][2]["ui"] = "ui/0002.png";
-    text["frames"][2]["something new"] = {1, 2};
-    text["more"] = "ignored";
     const Description file(text.dump());
     const Sequence sequence = file.read();
     CHECK(sequence.render_size == Size{960, 540});
@@ -108,10 +106,13 @@ TEST_CASE("a native sequence says what its JSON says") {
     CHECK(sequence.frames[2].reset);
     CHECK(sequence.frames[2].optional.at("ui") == file.folder() / "ui/0002.png");
 
-    // The JSON itself may be named, and be called otherwise where the layout is told.
+    // The JSON itself may be named, whatever it is called.
     CHECK(read_sequence(file.folder() / "sequence.json").frames.size() == 3);
     std::filesystem::rename(file.folder() / "sequence.json", file.folder() / "other.json");
+    CHECK(read_sequence(file.folder() / "other.json").frames.size() == 3);
     CHECK(read_sequence(file.folder() / "other.json", Layout::native).frames.size() == 3);
+    std::ofstream(file.folder() / "other.json") << "{\"frames\": ";
+    CHECK_THROWS_WITH_AS(read_sequence(file.folder() / "other.json"), Contains("other.json is not valid JSON"), Error);
 }
 
 TEST_CASE("what a native sequence need not say") {
@@ -123,6 +124,8 @@ TEST_CASE("what a native sequence need not say") {
     CHECK(sequence.frame_rate == 60);
     CHECK_FALSE(sequence.depth.projective);
     CHECK_FALSE(sequence.motion.sampled_at_jitter);
+    text["depth"].erase("reversed");
+    CHECK_FALSE(Description(text.dump()).read().depth.reversed);
 
     // Colour alone: then nothing of depth and motion.
     for (const char* key : {"depth", "motion"}) {
@@ -207,11 +210,33 @@ TEST_CASE("a missing field is named with its place") {
     CHECK(message_without("", "version") == Contains("the top level lacks the field \"version\""));
     for (const char* key : {"render_size", "scale", "color_space", "depth", "motion", "frames"})
         CHECK(message_without("", key) == Contains(key));
-    CHECK(message_without("/depth", "reversed") == Contains("depth lacks the field \"reversed\""));
+    CHECK(message_with("/depth", {{"encoding", "projective"}, {"near", 1}, {"far", 2}}) ==
+          Contains("depth lacks the field \"reversed\""));
     for (const char* key : {"unit", "direction", "y", "jittered"})
         CHECK(message_without("/motion", key) == Contains(key));
     CHECK(message_without("/frames/2", "color") == Contains("frames[2] lacks the field \"color\""));
     CHECK(message_without("/frames/1", "jitter") == Contains("frames[1] lacks the field \"jitter\""));
+}
+
+TEST_CASE("a field that there is not is an error that suggests the nearest") {
+    struct Case {
+        const char *place, *message;
+    };
+    for (const Case& one :
+         {Case{"/renderSize", "the top level has the unknown field \"renderSize\"; is it render_size?"},
+          Case{"/colour_space", "the top level has the unknown field \"colour_space\"; is it color_space?"},
+          Case{"/depth/reverse", "depth has the unknown field \"reverse\"; is it reversed?"},
+          Case{"/motion/units", "motion has the unknown field \"units\"; is it unit?"},
+          Case{"/motion/sampled-at", "motion has the unknown field \"sampled-at\"; is it sampled_at?"},
+          Case{"/frames/1/colour", "frames[1] has the unknown field \"colour\"; is it color?"},
+          Case{"/frames/2/jiter", "frames[2] has the unknown field \"jiter\"; is it jitter?"}})
+        CHECK(message_with(one.place, 1) == Contains(one.message));
+    CHECK(message_with("/depth/comment", "no") ==
+          Contains("unknown field \"comment\"; there are encoding, reversed, near, far"));
+    CHECK(message_with("/", "an empty name") == Contains("unknown field \"\"; there are version, render_size"));
+    CHECK(message_with("/" + std::string(100'000, 'x'), 1) == Contains("x…; there are version"));
+    CHECK(message_with("/frames/0/camera", {{"fov_x", 1}}) ==
+          Contains("frames[0].camera has the unknown field \"fov_x\""));
 }
 
 TEST_CASE("a value that does not fit is named with its place, what it is and what it must be") {
@@ -266,7 +291,14 @@ TEST_CASE("files outside the sequence's folder are refused, however they are nam
     const Description file(description().dump());
     const TemporaryFolder elsewhere;
     std::filesystem::create_directory_symlink(elsewhere.path(), file.folder() / "depth");
-    CHECK_THROWS_WITH_AS(file.read(), Contains("frames[0].depth must be a path inside the sequence's folder"), Error);
+    const std::string outside = (std::filesystem::canonical(elsewhere.path()) / "0000.exr").string();
+    CHECK_THROWS_WITH_AS(file.read(),
+                         Contains(("frames[0].depth must be a path inside the sequence's folder, not "
+                                   "\"depth/0000.exr\", which a link leads out to " +
+                                   outside)
+                                      .c_str()),
+                         Error);
+    CHECK(message_with("/frames/1/color", "../secret.png") != Contains("link"));
     std::filesystem::remove(file.folder() / "depth");
     std::filesystem::create_directory(file.folder() / "elsewhere in it");
     std::filesystem::create_directory_symlink("elsewhere in it", file.folder() / "depth");

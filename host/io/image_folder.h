@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "io/sequence.h"
+
+namespace clarus::io {
+
+/// The images directly in a folder by their names without extension. Errors: file where it is no folder, holds no
+/// image, or two of one name.
+std::map<std::string, std::filesystem::path> images_in(const std::filesystem::path& folder);
+
+/// Whether a path is an image's, by its extension, or a folder's with images directly in it.
+bool holds_images(const std::filesystem::path& path);
+
+/// docs/formats.md, "Images alone". Frames are named as the images are. Errors: file, where there is no image, two
+/// are of one name, or of different colour spaces.
+Sequence read_images(const std::filesystem::path& path, double scale);
+
+}  // namespace clarus::io
