@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     clarus::cli::add_upscale_command(app);
     clarus::cli::add_compare_command(app);
+    clarus::cli::add_check_command(app);
     clarus::cli::add_report_command(app);
     clarus::cli::add_render_command(app);
     clarus::cli::add_devices_command(app);
@@ -62,6 +63,8 @@ int main(int argc, char** argv) {
         return 0;
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : exit_usage;
+    } catch (const clarus::cli::FoundWrong&) {
+        return exit_failure;
     } catch (const std::bad_alloc&) {
         report("out of host memory");
     } catch (const std::exception& error) {
