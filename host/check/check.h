@@ -18,10 +18,13 @@ struct Evidence {
     WarpErrors warps;
     Reading best;  // of `warps`
     DepthEvidence depth;
-    EdgeEvidence edges;
+    Answers<3> motion_frames, depth_edges;
+    int depth_frame = 0;  // by `depth_edges`, for sure: depth images are those of so many frames later
     ColorTraits color;
     /// Frames whose frame before, by the images, is another than the one before it in the sequence; with `before` that.
     std::vector<Pair> misplaced;
+    /// Where that gives a chain of all frames: in which order. What else is measured is measured in it.
+    std::vector<size_t> order;
     size_t frames = 0, ordered = 0;  // all of them; those whose frame before could be looked for
     bool has_motion = false, has_depth = false, has_jitter = false;
     /// A pair of `warps` each: the median displacement by `best`, and the change of the JSON's jitter.

@@ -122,7 +122,7 @@ double unit_of(const io::FrameFiles& planes) {
 }
 
 /// As DepthEvidence::reprojected. Rays of all pixels would be many: every third along each axis.
-std::array<float, 6> reprojection(const Film& film, Pair pair, const Warp& warp) {
+std::array<float, 6> reprojection(const Film& film, Pair pair, const Warp& warp, const io::Pixels& depth) {
     std::array<float, 6> result;
     result.fill(none);
     const io::FrameFiles& frame = film.sequence.frames[pair.frame];
@@ -138,7 +138,7 @@ std::array<float, 6> reprojection(const Film& film, Pair pair, const Warp& warp)
         const io::FrameFiles& planes = projective && answer < 4 ? frame : cameras;
         io::Sequence how;
         how.depth = {.projective = projective, .reversed = answer % 2 == 1};
-        const io::Pixels canonical = io::decode_depth(film.depth[pair.frame], how, planes);
+        const io::Pixels canonical = io::decode_depth(depth, how, planes);
         std::vector<float> distances;
         for (int y = 1; y < warp.size.height; y += 3)
             for (int x = 1; x < warp.size.width; x += 3) {
@@ -154,31 +154,25 @@ std::array<float, 6> reprojection(const Film& film, Pair pair, const Warp& warp)
     return result;
 }
 
-/// The steepest pixels of an image, one in twenty, and of steepness `least` at least: 1 there.
-std::vector<char> edges_of(const std::vector<float>& steepness, float least) {
+/// The steepest pixels of depth ranks, one in twenty, where these are steps from one thing to another.
+std::vector<char> edges_of(const std::vector<float>& steepness) {
     std::vector<float> sorted = steepness;
     const auto high = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() - 1 - sorted.size() / 20);
     std::nth_element(sorted.begin(), high, sorted.end());
+    const float from = std::max(*high, step);
     std::vector<char> edges(steepness.size());
-    const float from = std::max(*high, least);
-    std::ranges::transform(steepness, edges.begin(), [&](float value) { return value > 0 && value >= from; });
+    std::ranges::transform(steepness, edges.begin(), [&](float value) { return value >= from; });
     return edges;
 }
 
-/// |difference| across a pixel, of `channels` values; borders have none, nor have values that are not finite.
-std::vector<float> steepness_of(const float* values, Size size, int channels) {
-    std::vector<float> out(static_cast<size_t>(size.width) * static_cast<size_t>(size.height));
-    for (int y = 1; y + 1 < size.height; ++y)
-        for (int x = 1; x + 1 < size.width; ++x) {
-            float sum = 0;
-            for (int channel = 0; channel < channels; ++channel) {
-                const auto value = [&](int i, int j) {
-                    return values[(static_cast<size_t>(j) * size.width + i) * channels + channel];
-                };
-                sum += std::hypot(value(x + 1, y) - value(x - 1, y), value(x, y + 1) - value(x, y - 1));
-            }
-            if (std::isfinite(sum)) out[static_cast<size_t>(y) * size.width + x] = sum;
-        }
+/// |difference| across a pixel; borders have none.
+std::vector<float> steepness_of(const Plane& plane) {
+    const auto [width, height] = plane.size;
+    std::vector<float> out(plane.values.size());
+    for (int y = 1; y + 1 < height; ++y)
+        for (int x = 1; x + 1 < width; ++x)
+            out[static_cast<size_t>(y) * width + x] =
+                std::hypot(plane.at(x + 1, y) - plane.at(x - 1, y), plane.at(x, y + 1) - plane.at(x, y - 1));
     return out;
 }
 
@@ -197,7 +191,7 @@ Answers<3> compare_edges(const Film& film, const std::vector<std::vector<char>>&
     Answers<3> result;
     for (auto& answer : result) answer.assign(count, none);
     for_each_index(count, [&](size_t i) {
-        const std::vector<float> color = steepness_of(film.luma[i].values.data(), film.luma[i].size, 1);
+        const std::vector<float> color = steepness_of(film.luma[i]);
         const auto look = [&](size_t answer, size_t frame, bool follows) {
             if (follows && edges[frame].size() == color.size()) result[answer][i] = distance_from(edges[frame], color);
         };
@@ -210,9 +204,13 @@ Answers<3> compare_edges(const Film& film, const std::vector<std::vector<char>>&
 
 }  // namespace
 
-DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, const Reading& reading) {
+DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, const Reading& reading, int depth_frame) {
     DepthEvidence evidence;
     if (!film.has_depth()) return evidence;
+    const auto depth_of = [&](size_t frame) {
+        return film.depth[static_cast<size_t>(
+            std::clamp<long>(static_cast<long>(frame) + depth_frame, 0, static_cast<long>(film.depth.size()) - 1))];
+    };
     for (auto& answer : evidence.curvature) answer.resize(film.depth.size());
     for_each_index(film.depth.size(), [&](size_t i) {
         const std::array<float, 3> values = curvatures(film.depth[i]);
@@ -224,7 +222,9 @@ DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, co
     prepare(evidence.hidden_by);
     prepare(evidence.warped);
     prepare(evidence.reprojected);
-    const std::vector<Plane> ranks = depth_ranks(film.depth);
+    std::vector<io::Pixels> stored;
+    for (size_t i = 0; i < film.depth.size(); ++i) stored.push_back(depth_of(i));
+    const std::vector<Plane> ranks = depth_ranks(stored);
     std::vector<Plane> smooth_ranks(ranks.size());
     for_each_index(ranks.size(), [&](size_t i) { smooth_ranks[i] = smoothed(ranks[i]); });
     for_each_index(pairs.size(), [&](size_t i) {
@@ -239,32 +239,18 @@ DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, co
             evidence.warped[0][i] = warped_difference(smooth_ranks[before], smooth_ranks[frame], warp, {});
             evidence.warped[1][i] = warped_difference(smooth_ranks[before], smooth_ranks[frame], warp, warp.jitter);
         }
-        const auto distances = reprojection(film, pairs[i], warp);
+        const auto distances = reprojection(film, pairs[i], warp, stored[frame]);
         for (size_t k = 0; k < distances.size(); ++k) evidence.reprojected[k][i] = distances[k];
     });
     return evidence;
 }
 
-EdgeEvidence measure_edges(const Film& film) {
-    EdgeEvidence evidence;
-    std::vector<std::vector<char>> edges(film.luma.size());
-    if (film.has_depth()) {
-        const std::vector<Plane> ranks = depth_ranks(film.depth);
-        for_each_index(edges.size(), [&](size_t i) {
-            edges[i] = edges_of(steepness_of(ranks[i].values.data(), ranks[i].size, 1), step);
-        });
-        evidence.of_depth = compare_edges(film, edges);
-    }
-    if (film.has_motion()) {
-        for_each_index(edges.size(), [&](size_t i) {
-            edges[i].clear();
-            const io::Pixels& motion = film.motion[i];
-            if (!motion.values.empty())
-                edges[i] = edges_of(steepness_of(motion.values.data(), motion.size, 2), length_of_movers(motion));
-        });
-        evidence.of_motion = compare_edges(film, edges);
-    }
-    return evidence;
+Answers<3> measure_depth_edges(const Film& film) {
+    if (!film.has_depth()) return {};
+    const std::vector<Plane> ranks = depth_ranks(film.depth);
+    std::vector<std::vector<char>> edges(ranks.size());
+    for_each_index(edges.size(), [&](size_t i) { edges[i] = edges_of(steepness_of(ranks[i])); });
+    return compare_edges(film, edges);
 }
 
 }  // namespace clarus::check

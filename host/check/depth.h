@@ -32,14 +32,11 @@ struct DepthEvidence {
     Answers<6> reprojected;
 };
 
-DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, const Reading& reading);
+/// `depth_frame`: depth images are those of so many frames later.
+DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, const Reading& reading, int depth_frame);
 
-/// A frame each: how little the edges of an image lie on those of colour, where the image is that of the frame itself
-/// [0], of the one before [1], of the next [2].
-struct EdgeEvidence {
-    Answers<3> of_depth, of_motion;
-};
-
-EdgeEvidence measure_edges(const Film& film);
+/// A frame each: how little the edges of depth lie on those of colour, where the depth image is that of the frame
+/// itself [0], of the one before [1], of the next [2].
+Answers<3> measure_depth_edges(const Film& film);
 
 }  // namespace clarus::check

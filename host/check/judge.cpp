@@ -18,7 +18,7 @@ constexpr double least_of_warps = 0.3;
 constexpr double least_of_hidden = 3;
 constexpr double least_of_curvature = 3;
 constexpr double least_of_depth_warps = 0.3;
-constexpr double least_of_edges = 0.3;
+constexpr double least_of_motion_frames = 0.5;
 constexpr double least_of_cameras = 3;
 
 Finding finding(std::string field, std::string declared, std::string best, const Advantage& advantage, bool is_sure) {
@@ -63,13 +63,15 @@ std::vector<std::vector<float>> listed(const Answers<N>& answers) {
     return {answers.begin(), answers.end()};
 }
 
-std::vector<Field> different(const Reading& a, const Reading& b) {
-    std::vector<Field> fields;
+/// How many fields differ. Jitters of another frame count twice: patterns such as Halton's nearly change their sign
+/// from frame to frame.
+size_t distance(const Reading& a, const Reading& b) {
+    size_t sum = 0;
     for (const Field field : all_fields) {
         if (is_of_jitter(field) && (a.jittered || b.jittered)) continue;  // one of them has no such field
-        if (number_of(field, a) != number_of(field, b)) fields.push_back(field);
+        if (number_of(field, a) != number_of(field, b)) sum += field == Field::jitter_frame ? 2 : 1;
     }
-    return fields;
+    return sum;
 }
 
 class Judge {
@@ -98,27 +100,13 @@ class Judge {
             for (const auto& [before, frame] : evidence_.misplaced)
                 one.note += fmt::format("{}frame {} follows {}", one.note.empty() ? "" : ", ",
                                         sequence_.frames[frame].name, sequence_.frames[before].name);
-            result_.correction.order = order();
+            result_.correction.order = evidence_.order;
             if (result_.correction.order.empty()) result_.correction.unsayable.push_back(one.field);
             one.agree = evidence_.misplaced.size();
         } else if (evidence_.ordered >= 3 && evidence_.misplaced.empty()) {
             one.verdict = Verdict::right;
         }
         add(one);
-    }
-
-    /// The chain of frames, each after the one before it; empty where they make none.
-    std::vector<size_t> order() const {
-        std::vector<size_t> before(evidence_.frames), after(evidence_.frames, evidence_.frames);
-        for (size_t i = 1; i < before.size(); ++i) before[i] = i - 1;
-        for (const Pair& pair : evidence_.misplaced) before[pair.frame] = pair.before;
-        for (size_t i = 1; i < before.size(); ++i) {
-            if (after[before[i]] != evidence_.frames) return {};
-            after[before[i]] = i;
-        }
-        std::vector<size_t> chain;
-        for (size_t i = 0; i < evidence_.frames && chain.size() < evidence_.frames; i = after[i]) chain.push_back(i);
-        return chain.size() == evidence_.frames ? chain : std::vector<size_t>{};
     }
 
     void judge_color() {
@@ -147,11 +135,11 @@ class Judge {
         const WarpErrors& warps = evidence_.warps;
         const std::vector<float>& best = warps.errors[warps.index_of(evidence_.best)];
         Reading result = evidence_.best;
-        size_t changes = different(result, declared).size();
+        size_t changes = distance(result, declared);
         double lag = 0;
         for (size_t r = 0; r < warps.readings.size(); ++r) {
             const Advantage over = advantage(best, warps.errors[r]);
-            const size_t changed = different(warps.readings[r], declared).size();
+            const size_t changed = distance(warps.readings[r], declared);
             if (over.count == 0 || over.is_sure(least_of_warps)) continue;
             if (changed < changes || (changed == changes && over.gain < lag))
                 result = warps.readings[r], changes = changed, lag = over.gain;
@@ -204,12 +192,13 @@ class Judge {
             const Advantage over = other ? advantage(least, *other) : Advantage{};
             Finding one = finding(name_of(field), value_of(field, is_new ? Reading{} : declared), value_of(field, fits),
                                   over, over.is_sure(least_of_warps));
-            if (field == Field::motion_frame && one.verdict == Verdict::cannot_tell) one = motion_frame_by_edges(one);
-            if (changed && one.verdict == Verdict::cannot_tell) {
+            if (field == Field::motion_frame) one = motion_frame(one);
+            const bool is_new_value = one.best != one.declared;
+            if (is_new_value && changed && one.verdict == Verdict::cannot_tell) {
                 one.verdict = Verdict::wrong;
                 one.note = "or another field that makes up for it";
             }
-            if (changed || one.verdict == Verdict::wrong) take_over(field, fits, one, corrected);
+            if (is_new_value && (changed || one.verdict == Verdict::wrong)) take_over(field, fits, one, corrected);
             corrects_jittered = corrects_jittered || (field == Field::jittered && changed);
             add(std::move(one));
         }
@@ -217,15 +206,13 @@ class Judge {
         result_.correction.reading = corrected;
     }
 
-    Finding motion_frame_by_edges(const Finding& by_warps) const {
-        const Choice choice = choose(listed(evidence_.edges.of_motion), 0);
+    /// At the places where it matters, which says more than all places together.
+    Finding motion_frame(const Finding& by_warps) const {
+        const Choice choice = choose(listed(evidence_.motion_frames), 0);
+        if (!choice.advantage.is_sure(least_of_motion_frames)) return by_warps;
         Reading best;
         best.motion_frame = frame_of_answer(choice.best);
-        Finding one = finding(by_warps.field, by_warps.declared, value_of(Field::motion_frame, best), choice.advantage,
-                              choice.advantage.is_sure(least_of_edges));
-        if (one.verdict == Verdict::cannot_tell) return by_warps;
-        one.note = "by its edges on those of colour";
-        return one;
+        return finding(by_warps.field, by_warps.declared, value_of(Field::motion_frame, best), choice.advantage, true);
     }
 
     static int frame_of_answer(size_t answer) { return answer == 0 ? 0 : answer == 1 ? -1 : 1; }
@@ -400,7 +387,7 @@ class Judge {
     }
 
     void judge_depth_frame() {
-        const Choice choice = choose(listed(evidence_.edges.of_depth), 0);
+        const Choice choice = choose(listed(evidence_.depth_edges), 0);
         Reading best;
         best.motion_frame = frame_of_answer(choice.best);
         Finding one = finding("depth frame", "its own", value_of(Field::motion_frame, best), choice.advantage,

@@ -90,6 +90,31 @@ void look_for_misplaced(const Film& film, size_t pixels, Evidence& evidence) {
     }
 }
 
+/// The chain of frames, each after the one before it; empty where they make none.
+std::vector<size_t> chain_of(size_t frames, const std::vector<Pair>& misplaced) {
+    std::vector<size_t> before(frames), after(frames, frames);
+    for (size_t i = 1; i < frames; ++i) before[i] = i - 1;
+    for (const Pair& pair : misplaced) before[pair.frame] = pair.before;
+    for (size_t i = 1; i < frames; ++i) {
+        if (after[before[i]] != frames) return {};
+        after[before[i]] = i;
+    }
+    std::vector<size_t> chain;
+    for (size_t i = 0; i < frames && chain.size() < frames; i = after[i]) chain.push_back(i);
+    return chain.size() == frames ? chain : std::vector<size_t>{};
+}
+
+Film reordered(const Film& film, const std::vector<size_t>& order) {
+    Film result = film;
+    for (size_t i = 0; i < order.size(); ++i) {
+        result.sequence.frames[i] = film.sequence.frames[order[i]];
+        result.luma[i] = film.luma[order[i]];
+        result.depth[i] = film.depth[order[i]];
+        result.motion[i] = film.motion[order[i]];
+    }
+    return result;
+}
+
 Vec2 median_displacement(const Film& film, size_t frame, const Reading& reading) {
     const io::Pixels* motion = film.motion_of(frame, reading);
     if (!motion) return {NAN, NAN};
@@ -106,6 +131,32 @@ Vec2 median_displacement(const Film& film, size_t frame, const Reading& reading)
         return *at;
     };
     return {middle(x), middle(y)};
+}
+
+/// Which frame's depth images are, for sure; else 0.
+int sure_frame(const Answers<3>& edges) {
+    for (const auto& [answer, frame] : {std::pair(1, -1), std::pair(2, 1)})
+        if (advantage(edges[static_cast<size_t>(answer)], edges[0]).is_sure(least_of_edges)) return frame;
+    return 0;
+}
+
+/// All but the first reading's errors, at many places, of a film in the right order.
+void measure_closely(const Film& film, const std::vector<Pair>& pairs, size_t pixels, Evidence& evidence,
+                     const std::function<void(double)>& done) {
+    std::vector<Reading> readings = shortlist(evidence.warps);
+    std::ranges::copy(readings_of_other_jitters(evidence.best), std::back_inserter(readings));
+    evidence.warps = measure_warps(film, pairs, readings, pixels, done);
+    if (evidence.warps.pairs.empty()) return;
+    evidence.best = evidence.warps.readings[index_of_best(evidence.warps)];
+    if (evidence.has_motion)
+        evidence.motion_frames = measure_motion_frames(film, evidence.warps.pairs, evidence.best, pixels);
+    evidence.depth_edges = measure_depth_edges(film);
+    evidence.depth_frame = sure_frame(evidence.depth_edges);
+    evidence.depth = measure_depth(film, evidence.warps.pairs, evidence.best, evidence.depth_frame);
+    for (const Pair& pair : evidence.warps.pairs) {
+        evidence.motion.push_back(median_displacement(film, pair.frame, evidence.best));
+        evidence.jitter.push_back(*film.jitter_change(pair.before, pair.frame, 0));
+    }
 }
 
 }  // namespace
@@ -130,23 +181,19 @@ Evidence measure(const Film& film, size_t pixels, const std::function<void(doubl
     if (evidence.warps.pairs.empty()) return evidence;
     evidence.best = evidence.warps.readings[index_of_best(evidence.warps)];
 
-    // With what fits on the whole, frames that are out of order stand out; without them, and at more places, what may
-    // be the best is measured again.
+    // With what fits on the whole, frames that are out of order stand out. In the right order, and at more places, what
+    // may be the best is measured again.
     if (evidence.has_motion) look_for_misplaced(film, pixels, evidence);
+    if (evidence.misplaced.size() > 1) evidence.order = chain_of(evidence.frames, evidence.misplaced);
+    if (!evidence.order.empty()) {
+        const Film right = reordered(film, evidence.order);
+        measure_closely(right, successive_pairs(right), pixels, evidence, told(0.6, 0.9));
+        return evidence;
+    }
     std::erase_if(pairs, [&](const Pair& pair) {
         return std::ranges::any_of(evidence.misplaced, [&](const Pair& other) { return other.frame == pair.frame; });
     });
-    std::vector<Reading> readings = shortlist(evidence.warps);
-    std::ranges::copy(readings_of_other_jitters(evidence.best), std::back_inserter(readings));
-    evidence.warps = measure_warps(film, pairs, readings, pixels, told(0.6, 0.9));
-    if (evidence.warps.pairs.empty()) return evidence;
-    evidence.best = evidence.warps.readings[index_of_best(evidence.warps)];
-    evidence.depth = measure_depth(film, evidence.warps.pairs, evidence.best);
-    evidence.edges = measure_edges(film);
-    for (const Pair& pair : evidence.warps.pairs) {
-        evidence.motion.push_back(median_displacement(film, pair.frame, evidence.best));
-        evidence.jitter.push_back(*film.jitter_change(pair.before, pair.frame, 0));
-    }
+    measure_closely(film, pairs, pixels, evidence, told(0.6, 0.9));
     return evidence;
 }
 

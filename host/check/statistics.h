@@ -7,6 +7,8 @@
 
 namespace clarus::check {
 
+constexpr double least_of_edges = 0.3;  // dB, to be sure whose depth it is
+
 /// How much better one answer fits than another, in decibels a pair of frames.
 struct Advantage {
     double gain = 0;              // the mean

@@ -70,15 +70,14 @@ bool differences(const Film& film, Pair pair, const Reading& reading, const std:
     return true;
 }
 
-/// A column of WarpErrors::errors; empty where the frame has too little structure.
-std::vector<float> errors_of(const Film& film, Pair pair, const std::vector<Reading>& readings, size_t pixels) {
-    const std::vector<Place> places = places_to_compare(film.luma[pair.frame], film.motion[pair.frame], pixels);
-    if (places.size() < fewest_pixels || film.luma[pair.frame].size != film.luma[pair.before].size) return {};
+/// Of each reading the mean difference at places that some reading explains.
+std::vector<float> mean_errors(const Film& film, Pair pair, const std::vector<Reading>& readings,
+                               const std::vector<Place>& places, size_t fewest) {
     std::vector<float> all(readings.size() * places.size());
     std::vector<char> measured(readings.size());
     std::vector<float> least(places.size(), largest_difference);
     for (size_t r = 0; r < readings.size(); ++r) {
-        float* row = &all[r * places.size()];
+        float* row = all.data() + r * places.size();
         measured[r] = differences(film, pair, readings[r], places, row);
         if (measured[r])
             for (size_t i = 0; i < places.size(); ++i) least[i] = std::min(least[i], row[i]);
@@ -90,9 +89,16 @@ std::vector<float> errors_of(const Film& film, Pair pair, const std::vector<Read
         size_t count = 0;
         for (size_t i = 0; i < places.size(); ++i)
             if (least[i] < unexplained) sum += all[r * places.size() + i], ++count;
-        if (count >= fewest_pixels) errors[r] = noise + static_cast<float>(sum / static_cast<double>(count));
+        if (count >= fewest) errors[r] = noise + static_cast<float>(sum / static_cast<double>(count));
     }
     return errors;
+}
+
+/// A column of WarpErrors::errors; empty where the frame has too little structure.
+std::vector<float> errors_of(const Film& film, Pair pair, const std::vector<Reading>& readings, size_t pixels) {
+    const std::vector<Place> places = places_to_compare(film.luma[pair.frame], film.motion[pair.frame], pixels);
+    if (places.size() < fewest_pixels || film.luma[pair.frame].size != film.luma[pair.before].size) return {};
+    return mean_errors(film, pair, readings, places, fewest_pixels);
 }
 
 }  // namespace
@@ -179,6 +185,39 @@ WarpErrors measure_warps(const Film& film, const std::vector<Pair>& pairs, std::
         result.pairs.push_back(pairs[i]);
         for (size_t r = 0; r < result.readings.size(); ++r) result.errors[r].push_back(columns[i][r]);
     }
+    return result;
+}
+
+std::array<std::vector<float>, 3> measure_motion_frames(const Film& film, const std::vector<Pair>& pairs,
+                                                        Reading reading, size_t pixels) {
+    constexpr float least_distance = 0.25f;  // pixels
+    std::vector<Reading> readings(3, reading);
+    for (size_t i = 0; i < 3; ++i) readings[i].motion_frame = i == 0 ? 0 : i == 1 ? -1 : 1;
+    std::array<std::vector<float>, 3> result;
+    for (auto& answer : result) answer.assign(pairs.size(), std::numeric_limits<float>::quiet_NaN());
+    for_each_index(pairs.size(), [&](size_t i) {
+        const auto [before, frame] = pairs[i];
+        const Plane& luma = film.luma[frame];
+        const io::Pixels* own = film.motion_of(frame, readings[0]);
+        if (!own || luma.size != film.luma[before].size) return;
+        const auto vector = [&](const io::Pixels& image, const Place& place) {
+            return reading.displacement({image.at(place.x, place.y, 0), image.at(place.x, place.y, 1)}, luma.size,
+                                        film.sequence.scale);
+        };
+        std::vector<Place> places;
+        for (const Place& place : places_to_compare(luma, *own, std::numeric_limits<int>::max())) {
+            bool differs = false;
+            for (const Reading& other : {readings[1], readings[2]})
+                if (const io::Pixels* image = film.motion_of(frame, other)) {
+                    const Vec2 a = vector(*own, place), b = vector(*image, place);
+                    differs = differs || std::hypot(a.x - b.x, a.y - b.y) >= least_distance;
+                }
+            if (differs) places.push_back(place);
+        }
+        constexpr size_t fewest = 16;  // at such places little is enough
+        const std::vector<float> errors = mean_errors(film, pairs[i], readings, thinned(places, pixels), fewest);
+        for (size_t answer = 0; answer < 3; ++answer) result[answer][i] = errors[answer];
+    });
     return result;
 }
 

@@ -36,8 +36,7 @@ struct Film {
     bool has_depth() const;
     /// Of jitters, from frame `before` to `frame`, those of the frames `offset` later; none where there are none.
     std::optional<Vec2> jitter_change(size_t before, size_t frame, int offset) const;
-    /// Stored vectors that a reading takes for frame `frame`; null where it has none. Without any motion in the film,
-    /// nothing moves: `still` is true.
+    /// Stored vectors that a reading takes for frame `frame`; null where it has none.
     const io::Pixels* motion_of(size_t frame, const Reading& reading) const;
 };
 
@@ -65,5 +64,10 @@ float length_of_movers(const io::Pixels& motion);
 /// from outside the image counts as if nothing moved. `done`: called with a fraction of the work, on any thread.
 WarpErrors measure_warps(const Film& film, const std::vector<Pair>& pairs, std::vector<Reading> readings, size_t pixels,
                          const std::function<void(double)>& done = {});
+
+/// As measure_warps, of one reading with the motion images of the frame itself [0], of the one before [1], of the next
+/// [2]; only at places where these differ by a quarter of a pixel at least. A pair each.
+std::array<std::vector<float>, 3> measure_motion_frames(const Film& film, const std::vector<Pair>& pairs,
+                                                        Reading reading, size_t pixels);
 
 }  // namespace clarus::check
