@@ -49,7 +49,7 @@ struct Finding {
 /// What the JSON would have to say.
 struct Correction {
     Reading reading;
-    std::optional<bool> depth_projective, depth_reversed, sampled_at_jitter;
+    std::optional<bool> depth_projective, depth_reversed;
     std::optional<ColorSpace> color_space;
     bool no_jitter = false;
     int depth_frame = 0;                 // as Reading::motion_frame

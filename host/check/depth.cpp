@@ -24,7 +24,7 @@ float median(std::vector<float>& values) {
 struct Warp {
     const Film& film;
     const Reading& reading;
-    Vec2 shift, jitter;  // of colour; the change of the jitter, as the reading has it
+    Vec2 shift;
     const io::Pixels* motion;
     Size size;
 
@@ -35,12 +35,13 @@ struct Warp {
     }
 };
 
-/// Hidden by larger depths, and by smaller ones. All four pixels around the place must say so: at an edge's border,
-/// rounding says either.
+/// Hidden by larger depths, and by smaller ones. All four pixels around the place must say so, of all nine around the
+/// pixel: at an edge's border rounding says either, and a thin thing is found between pixels one frame and lost the
+/// next.
 std::array<float, 2> count_hidden(const Plane& before, const Plane& now, const Warp& warp) {
     std::array<float, 2> count{};
-    for (int y = 0; y < now.size.height; ++y)
-        for (int x = 0; x < now.size.width; ++x) {
+    for (int y = 1; y + 1 < now.size.height; ++y)
+        for (int x = 1; x + 1 < now.size.width; ++x) {
             const Vec2 from = warp.source(x, y);
             if (!(from.x >= 0 && from.y >= 0 && from.x < static_cast<float>(now.size.width - 1) &&
                   from.y < static_cast<float>(now.size.height - 1)))
@@ -48,24 +49,17 @@ std::array<float, 2> count_hidden(const Plane& before, const Plane& now, const W
             const int i = static_cast<int>(from.x), j = static_cast<int>(from.y);
             const auto [least, most] =
                 std::minmax({before.at(i, j), before.at(i + 1, j), before.at(i, j + 1), before.at(i + 1, j + 1)});
-            if (least > now.at(x, y) + step) ++count[0];
-            if (most < now.at(x, y) - step) ++count[1];
+            if (!(least > now.at(x, y) + step) && !(most < now.at(x, y) - step)) continue;
+            float low = now.at(x, y), high = low;
+            for (int v = y - 1; v <= y + 1; ++v)
+                for (int u = x - 1; u <= x + 1; ++u) {
+                    low = std::min(low, now.at(u, v));
+                    high = std::max(high, now.at(u, v));
+                }
+            if (least > high + step) ++count[0];
+            if (most < low - step) ++count[1];
         }
     return count;
-}
-
-float warped_difference(const Plane& before, const Plane& now, const Warp& warp, Vec2 taken_back) {
-    double sum = 0;
-    size_t count = 0;
-    for (int y = 0; y < now.size.height; ++y)
-        for (int x = 0; x < now.size.width; ++x) {
-            const Vec2 from = warp.source(x, y);
-            const float u = from.x - taken_back.x, v = from.y - taken_back.y;
-            if (!before.contains(u, v)) continue;
-            sum += std::min(std::abs(sample(before, u, v) - now.at(x, y)), step);
-            ++count;
-        }
-    return count < fewest_pixels ? none : static_cast<float>(1e-5 + sum / static_cast<double>(count));
 }
 
 std::array<float, 3> curvatures(const io::Pixels& depth) {
@@ -220,25 +214,18 @@ DepthEvidence measure_depth(const Film& film, const std::vector<Pair>& pairs, co
         for (auto& answer : answers) answer.assign(pairs.size(), none);
     };
     prepare(evidence.hidden_by);
-    prepare(evidence.warped);
     prepare(evidence.reprojected);
     std::vector<io::Pixels> stored;
     for (size_t i = 0; i < film.depth.size(); ++i) stored.push_back(depth_of(i));
     const std::vector<Plane> ranks = depth_ranks(stored);
-    std::vector<Plane> smooth_ranks(ranks.size());
-    for_each_index(ranks.size(), [&](size_t i) { smooth_ranks[i] = smoothed(ranks[i]); });
     for_each_index(pairs.size(), [&](size_t i) {
         const auto [before, frame] = pairs[i];
         const std::optional<Vec2> change = film.jitter_change(before, frame, reading.jitter_frame);
         const io::Pixels* motion = film.motion_of(frame, reading);
         if (!change || (film.has_motion() && !motion) || ranks[before].size != ranks[frame].size) return;
-        const Warp warp{film, reading, reading.shift(*change), reading.oriented(*change), motion, ranks[frame].size};
+        const Warp warp{film, reading, reading.shift(*change), motion, ranks[frame].size};
         const auto hidden = count_hidden(ranks[before], ranks[frame], warp);
         for (size_t k = 0; k < 2; ++k) evidence.hidden_by[k][i] = hidden[k];
-        if (change->x != 0 || change->y != 0) {
-            evidence.warped[0][i] = warped_difference(smooth_ranks[before], smooth_ranks[frame], warp, {});
-            evidence.warped[1][i] = warped_difference(smooth_ranks[before], smooth_ranks[frame], warp, warp.jitter);
-        }
         const auto distances = reprojection(film, pairs[i], warp, stored[frame]);
         for (size_t k = 0; k < distances.size(); ++k) evidence.reprojected[k][i] = distances[k];
     });

@@ -23,9 +23,6 @@ struct DepthEvidence {
     /// A frame each, by DepthForm: second differences of inverse view distance over its first differences, the median
     /// over smooth surfaces.
     Answers<3> curvature;
-    /// A pair each: difference of depth ranks where depth is warped as colour is, with the jitter's change [0], and
-    /// without it [1].
-    Answers<2> warped;
     /// A pair each, where both frames have a camera: the median distance, in pixels, of stored motion from what the
     /// cameras make of depth. 0: linear, 1: linear reversed; with the JSON's planes, where it has any, 2: projective,
     /// 3: projective reversed; with the camera's planes, 4 and 5: likewise.

@@ -17,7 +17,6 @@ namespace {
 constexpr double least_of_warps = 0.3;
 constexpr double least_of_hidden = 3;
 constexpr double least_of_curvature = 3;
-constexpr double least_of_depth_warps = 0.3;
 constexpr double least_of_motion_frames = 0.5;
 constexpr double least_of_cameras = 3;
 
@@ -296,15 +295,6 @@ class Judge {
         judge_depth_form();
         judge_depth_planes();
         judge_depth_frame();
-        if (!evidence_.has_motion || !evidence_.has_jitter || evidence_.depth.warped[0].empty()) return;
-        const bool at_jitter = sequence_.motion.sampled_at_jitter;
-        const Choice choice = choose(listed(evidence_.depth.warped), at_jitter ? 0 : 1);
-        const auto word = [](size_t answer) { return answer == 0 ? "jittered" : "centre"; };
-        Finding one = finding("motion.sampled_at", word(at_jitter ? 0 : 1), word(choice.best), choice.advantage,
-                              choice.advantage.is_sure(least_of_depth_warps));
-        one.note = "by depth";
-        if (one.verdict == Verdict::wrong) result_.correction.sampled_at_jitter = choice.best == 0;
-        add(std::move(one));
     }
 
     static const char* word(bool reversed) { return reversed ? "true" : "false"; }
@@ -339,6 +329,17 @@ class Judge {
             direction.note = "by planes";
             if (direction.verdict != Verdict::cannot_tell) return add_reversed(std::move(direction));
         }
+        if (form.best == 2) {
+            const auto& errors = evidence_.depth.reprojected;
+            const size_t first = projective ? 2 : 4;
+            const Choice cameras = choose({errors[first], errors[first + 1]}, reversed ? 1 : 0);
+            if (cameras.advantage.is_sure(least_of_cameras)) {
+                Finding direction =
+                    finding("depth.reversed", word(reversed), word(cameras.best == 1), cameras.advantage, true);
+                direction.note = "by the cameras";
+                return add_reversed(std::move(direction));
+            }
+        }
         const auto offered = [](const std::vector<float>& counts) {
             constexpr float a_few = 5;  // pixels, which say nothing
             std::vector<float> errors;
@@ -351,15 +352,6 @@ class Judge {
         Finding direction = finding("depth.reversed", word(reversed), word(hiding.best == 1), hiding.advantage,
                                     hiding.advantage.is_sure(least_of_hidden));
         direction.note = "by what hides";
-        if (direction.verdict == Verdict::cannot_tell && form.best == 2) {
-            const auto& errors = evidence_.depth.reprojected;
-            const size_t first = projective ? 2 : 4;
-            const Choice cameras = choose({errors[first], errors[first + 1]}, reversed ? 1 : 0);
-            if (cameras.advantage.is_sure(least_of_cameras)) {
-                direction = finding("depth.reversed", word(reversed), word(cameras.best == 1), cameras.advantage, true);
-                direction.note = "by the cameras";
-            }
-        }
         add_reversed(std::move(direction));
     }
 

@@ -158,11 +158,10 @@ void add_check_command(CLI::App& app) {
     command.add_flag("--json", options->json, "The table as JSON");
     command.footer(fmt::format(
         "Previous frames are warped on to the present ones in all the ways that conventions can differ, and what fits\n"
-        "best is held against what is declared: motion's unit, direction, y, axes, frame, jitter inside or not, where\n"
-        "it is sampled; jitter's signs, axes, frame; depth's encoding, direction, planes, frame; the colour space; "
-        "the\n"
-        "order of frames. Of longer sequences the first {} frames, unless --frames names others. docs/checking.md has\n"
-        "the method, and what cannot be told of some scenes.\n\n"
+        "best is held against what is declared: motion's unit, direction, y, axes, frame, jitter inside or not;\n"
+        "jitter's signs, axes, frame; depth's encoding, direction, planes, frame; the colour space; the order of\n"
+        "frames. Of longer sequences the first {} frames, unless --frames names others. docs/checking.md has the\n"
+        "method, and what cannot be told of some scenes.\n\n"
         "Exit status: 0 nothing is surely wrong, 1 something is (or the check could not be made: then an error says\n"
         "why), 2 wrong usage.\n\n"
         "Examples:\n"

@@ -61,7 +61,6 @@ void correct_motion(Json& motion, const check::Correction& correction) {
     motion["direction"] = reading.from_previous ? "from_previous" : "to_previous";
     motion["y"] = reading.y_up ? "up" : "down";
     motion["jittered"] = reading.jittered;
-    if (correction.sampled_at_jitter) motion["sampled_at"] = *correction.sampled_at_jitter ? "jittered" : "centre";
 }
 
 }  // namespace

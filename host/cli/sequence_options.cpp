@@ -41,8 +41,11 @@ void SequenceOptions::add_to(CLI::App& command) {
         ->type_name("A:B");
     add_choice<io::Layout, io::Layout>(
         command, "--layout", layout,
-        {{"native", io::Layout::native}, {"qrisp", io::Layout::qrisp}, {"nss", io::Layout::nss}},
-        "How the sequence is laid out; guessed where not given");
+        {{"native", io::Layout::native},
+         {"qrisp", io::Layout::qrisp},
+         {"nss", io::Layout::nss},
+         {"images", io::Layout::images}},
+        "How the sequence is laid out; guessed where not given. images: an image or a folder of images, colours alone");
 }
 
 io::Sequence SequenceOptions::read(double scale) const {

@@ -65,8 +65,14 @@ void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motio
     for (const FrameFiles& frame : sequence.frames) {
         const bool lacks_depth = needs_depth && frame.depth.empty();
         if (lacks_depth || (needs_motion && frame.motion.empty()))
-            fail(ErrorKind::file, "{}: frame {} has no {}, which the model needs", sequence.folder.string(), frame.name,
-                 lacks_depth ? "depth" : "motion");
+            fail(ErrorKind::file, "{}: frame {} has no {}, which the model needs{}", sequence.folder.string(),
+                 frame.name,
+                 lacks_depth && needs_motion && frame.motion.empty() ? "depth and no motion"
+                 : lacks_depth                                       ? "depth"
+                                                                     : "motion",
+                 exists(sequence.folder / "sequence.json")
+                     ? ""
+                     : "; a sequence.json says where they are (docs/formats.md), or take a model of one frame");
         check_file(frame.color, color_of(sequence, frame));
         check_file(frame.depth, depth_of(sequence, frame));
         check_file(frame.motion, motion_of(sequence, frame));

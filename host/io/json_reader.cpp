@@ -1,5 +1,6 @@
 #include "io/json_reader.h"
 
+#include <algorithm>
 #include <limits>
 #include <set>
 
@@ -15,6 +16,22 @@ std::string shortened(const nlohmann::json& value) {
     std::string text = value.dump(-1, ' ', true);
     if (text.size() > longest) text = text.substr(0, longest) + "…";
     return text;
+}
+
+/// How many characters must be inserted, removed or replaced.
+size_t edits_between(std::string_view a, std::string_view b) {
+    std::vector<size_t> row(b.size() + 1);
+    for (size_t j = 0; j < row.size(); ++j) row[j] = j;
+    for (size_t i = 0; i < a.size(); ++i) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 0; j < b.size(); ++j) {
+            const size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
 }
 
 }  // namespace
@@ -57,6 +74,17 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
     std::vector<std::pair<std::string, JsonNode>> result;
     for (const auto& [key, unused] : value_->items()) result.emplace_back(key, (*this)[key]);
     return result;
+}
+
+void JsonNode::only(std::span<const std::string_view> names) const {
+    if (!value_->is_object()) refuse("an object");
+    for (const auto& [key, unused] : value_->items()) {
+        if (std::ranges::find(names, key) != names.end()) continue;
+        const auto nearest = std::ranges::min_element(
+            names, {}, [&key = key](std::string_view name) { return edits_between(key, name); });
+        fail(ErrorKind::file, "{}: {} has no field {}; the nearest is \"{}\"", file_->string(),
+             place_.empty() ? "the top level" : place_, shortened(key), *nearest);
+    }
 }
 
 std::vector<JsonNode> JsonNode::items() const {

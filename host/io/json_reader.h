@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -45,6 +46,9 @@ class JsonNode {
         }
         refuse((words.size() > 1 ? "one of " : "") + allowed);
     }
+
+    /// Refuses an object's members of other names, with the name that is nearest. Errors: file.
+    void only(std::span<const std::string_view> names) const;
 
     /// Throws: this value must be what `expected` says.
     [[noreturn]] void refuse(std::string_view expected) const;

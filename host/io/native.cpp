@@ -22,6 +22,17 @@ constexpr double largest_scale = largest_extent;  // that of an image of one pix
 constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
                                     "ui",       "reference_depth", "reference_motion", "reference_aliased"};
 
+// docs/formats.md, "A sequence".
+constexpr auto sequence_fields = std::to_array<std::string_view>(
+    {"version", "render_size", "scale", "output_size", "frame_rate", "color_space", "depth", "motion", "frames"});
+constexpr auto depth_fields = std::to_array<std::string_view>({"encoding", "reversed", "near", "far"});
+constexpr auto motion_fields = std::to_array<std::string_view>({"unit", "direction", "y", "jittered", "sampled_at"});
+constexpr auto frame_fields =
+    std::to_array<std::string_view>({"color", "jitter", "depth", "motion", "reset", "exposure", "render_size",
+                                     "reference", "camera", "reactive", "transparency", "opaque_color", "hudless_color",
+                                     "ui", "reference_depth", "reference_motion", "reference_aliased"});
+constexpr auto camera_fields = std::to_array<std::string_view>({"view", "projection", "near", "far", "fov_y"});
+
 Size read_size(const JsonNode& node) {
     const std::vector<JsonNode> sides = node.items(2);
     return {static_cast<int>(sides[0].integer(1, largest_extent)),
@@ -41,8 +52,12 @@ std::filesystem::path file_inside(const JsonNode& node, const Folder& folder) {
         node.refuse("a path relative to the sequence's folder");
     std::error_code error;
     const std::filesystem::path file = std::filesystem::weakly_canonical(folder.path / relative, error);
-    if (error || std::ranges::mismatch(folder.canonical, file).in1 != folder.canonical.end())
-        node.refuse("a path inside the sequence's folder");
+    if (error || std::ranges::mismatch(folder.canonical, file).in1 != folder.canonical.end()) {
+        const bool is_link = !error && *relative.lexically_normal().begin() != "..";
+        node.refuse(is_link ? fmt::format("a path inside the sequence's folder, and a link on it leads outside, to {}",
+                                          file.string())
+                            : "a path inside the sequence's folder");
+    }
     return folder.path / relative;
 }
 
@@ -58,15 +73,19 @@ std::pair<float, float> read_planes(const JsonNode& node) {
 }
 
 void read_depth(const JsonNode& node, Sequence& sequence) {
+    node.only(depth_fields);
     if (const auto encoding = node.find("encoding"))
         sequence.depth.projective = encoding->choice<bool>({{"linear", false}, {"projective", true}});
-    sequence.depth.reversed = node["reversed"].boolean();
+    // Linear depth is hardly ever reversed; of a depth buffer nobody can guess.
+    if (const auto reversed = node.find("reversed"); reversed || sequence.depth.projective)
+        sequence.depth.reversed = node["reversed"].boolean();
     if (!sequence.depth.projective) return;
     const auto [near, far] = read_planes(node);
     for (FrameFiles& frame : sequence.frames) frame.near_plane = near, frame.far_plane = far;
 }
 
 MotionConvention read_motion_convention(const JsonNode& node) {
+    node.only(motion_fields);
     MotionConvention motion;
     motion.unit = node["unit"].choice<MotionUnit>({{"pixels", MotionUnit::pixels}, {"uv", MotionUnit::uv}});
     motion.from_previous = node["direction"].choice<bool>({{"to_previous", false}, {"from_previous", true}});
@@ -87,6 +106,7 @@ std::array<float, 16> read_matrix(const JsonNode& node) {
 }
 
 FrameDescription::Camera read_camera(const JsonNode& node) {
+    node.only(camera_fields);
     FrameDescription::Camera camera;
     camera.view = read_matrix(node["view"]);
     camera.projection = read_matrix(node["projection"]);
@@ -104,6 +124,7 @@ Size read_frame_size(const JsonNode& node, Size largest) {
 }
 
 FrameFiles read_frame_files(const JsonNode& node, const Folder& folder, Size largest) {
+    node.only(frame_fields);
     FrameFiles frame;
     if (const auto size = node.find("render_size")) frame.render_size = read_frame_size(*size, largest);
     const auto optional_file = [&](const char* key) {
@@ -140,6 +161,7 @@ void name_frames(std::vector<FrameFiles>& frames) {
 Sequence read_native(const std::filesystem::path& description) {
     const nlohmann::json json = parse_json(read_file(description, largest_description), description);
     const JsonNode root(json, description);
+    root.only(sequence_fields);
     Sequence sequence;
     sequence.folder = description.has_parent_path() ? description.parent_path() : ".";
     root["version"].integer(1, 1);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "io/images.h"
 #include "io/native.h"
 #include "io/nss.h"
 #include "io/output_layout.h"
@@ -16,10 +17,13 @@ Layout guess(const std::filesystem::path& path) {
     if (path.filename() == "sequence.json" || exists(path / "sequence.json")) return Layout::native;
     if (looks_like_qrisp(path)) return Layout::qrisp;
     if (path.extension() == ".json" && is_directory(path.parent_path() / "ground_truth")) return Layout::nss;
+    if (looks_like_images(path)) return Layout::images;
     if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
     fail(ErrorKind::file,
          "cannot tell the layout of the sequence {}: name it (native: a folder with sequence.json; qrisp: "
-         "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json)",
+         "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json; images: an image or a "
+         "folder "
+         "of images)",
          path.string());
 }
 
@@ -47,11 +51,12 @@ double Sequence::output_scale() const {
     return std::sqrt(across * shown_size->height / render_size.height);
 }
 
-Sequence read_sequence(const std::filesystem::path& path, Layout layout, double nss_scale) {
+Sequence read_sequence(const std::filesystem::path& path, Layout layout, double scale) {
     try {
         if (layout == Layout::guess) layout = guess(path);
         if (layout == Layout::qrisp) return read_qrisp(path);
-        if (layout == Layout::nss) return read_nss(path, nss_scale);
+        if (layout == Layout::nss) return read_nss(path, scale);
+        if (layout == Layout::images) return read_images(path, scale);
         return read_native(is_directory(path) ? path / "sequence.json" : path);
     } catch (const std::filesystem::filesystem_error& error) {
         fail(ErrorKind::file, "cannot read {}: {}", error.path1().string(), error.code().message());

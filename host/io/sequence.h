@@ -63,15 +63,16 @@ struct Sequence {
     Vec2 motion_scale(const FrameFiles& frame) const;
 };
 
-enum class Layout { guess, native, qrisp, nss };
+enum class Layout { guess, native, qrisp, nss, images };
 
 /// Reads a sequence's description (docs/formats.md); images are left to io/frames.h, but for the size that QRISP and
 /// NSS captures do not write down. What `path` is:
 ///   native: the folder with `sequence.json`, or the JSON itself;
 ///   QRISP: the segment's folder, `<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>`;
-///   NSS capture: `<dataset>/<sequence>.json`, with `nss_scale` saying which of its ratios (folder `x2`, `x1_5`, …).
+///   NSS capture: `<dataset>/<sequence>.json`, with `scale` saying which of its ratios (folder `x2`, `x1_5`, …);
+///   images: an image, or a folder of images of one size, without depth, motion and jitter, to be upscaled by `scale`.
 /// `guess` tells them apart by these names. Errors: file, naming the file and the field.
-Sequence read_sequence(const std::filesystem::path& path, Layout layout = Layout::guess, double nss_scale = 2);
+Sequence read_sequence(const std::filesystem::path& path, Layout layout = Layout::guess, double scale = 2);
 
 /// Writes `folder`/sequence.json, atomically, with paths relative to `folder` (made where it is missing). Errors: file;
 /// invalid_argument for what the native layout cannot say: images outside the folder, depth that is packed or encoded
