@@ -17,6 +17,7 @@ Layout guess(const std::filesystem::path& path) {
     if (path.filename() == "sequence.json" || exists(path / "sequence.json")) return Layout::native;
     if (looks_like_qrisp(path)) return Layout::qrisp;
     if (path.extension() == ".json" && is_directory(path.parent_path() / "ground_truth")) return Layout::nss;
+    if (path.extension() == ".json" && is_regular_file(path)) return Layout::native;
     if (looks_like_images(path)) return Layout::images;
     if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
     fail(ErrorKind::file,

@@ -245,7 +245,8 @@ TEST_CASE("the command corrects what it finds, and says so by its exit status") 
     const std::string path = folder / "sequence";
     const auto run = [](std::vector<std::string> arguments) {
         test::Program program(CLARUS_TOOL, arguments);
-        return std::pair(program.result(), program.out() + program.errors());
+        const int status = program.result();
+        return std::pair(status, program.out() + program.errors());
     };
     REQUIRE(
         run({"render", "--scene", "demo", "--size", "160x96", "--frames", "8", "--no-reference", "-o", path}).first ==

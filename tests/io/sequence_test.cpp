@@ -107,10 +107,10 @@ TEST_CASE("a native sequence says what its JSON says") {
     CHECK(sequence.frames[2].reset);
     CHECK(sequence.frames[2].optional.at("ui") == file.folder() / "ui/0002.png");
 
-    // The JSON itself may be named, and be called otherwise where the layout is told.
+    // The JSON itself may be named, whatever it is called.
     CHECK(read_sequence(file.folder() / "sequence.json").frames.size() == 3);
     std::filesystem::rename(file.folder() / "sequence.json", file.folder() / "other.json");
-    CHECK(read_sequence(file.folder() / "other.json", Layout::native).frames.size() == 3);
+    CHECK(read_sequence(file.folder() / "other.json").frames.size() == 3);
 }
 
 TEST_CASE("what a native sequence need not say") {
