@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "io/file.h"
 #include "io/images.h"
+#include "io/json_reader.h"
 #include "io/native.h"
 #include "io/nss.h"
 #include "io/output_layout.h"
@@ -17,7 +19,9 @@ Layout guess(const std::filesystem::path& path) {
     if (path.filename() == "sequence.json" || exists(path / "sequence.json")) return Layout::native;
     if (looks_like_qrisp(path)) return Layout::qrisp;
     if (path.extension() == ".json" && is_directory(path.parent_path() / "ground_truth")) return Layout::nss;
-    if (path.extension() == ".json" && is_regular_file(path)) return Layout::native;
+    if (path.extension() == ".json" && is_regular_file(path) &&
+        parse_json(read_file(path), path).contains("render_size"))
+        return Layout::native;
     if (looks_like_images(path)) return Layout::images;
     if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
     fail(ErrorKind::file,
