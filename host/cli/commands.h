@@ -4,10 +4,15 @@
 
 namespace clarus::cli {
 
+/// Thrown by a command that did its work and has said what is wrong: the program's exit status is 1, and no error is
+/// printed.
+struct FoundWrong {};
+
 // Each adds its subcommand to the app; parsing a command line that names it then runs it. Errors leave as
 // clarus::Error.
 void add_upscale_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
+void add_check_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_render_command(CLI::App& app);
 void add_devices_command(CLI::App& app);

@@ -81,6 +81,7 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     clarus::cli::add_upscale_command(app);
     clarus::cli::add_compare_command(app);
+    clarus::cli::add_check_command(app);
     clarus::cli::add_report_command(app);
     clarus::cli::add_render_command(app);
     clarus::cli::add_devices_command(app);
@@ -95,13 +96,16 @@ int main(int argc, char** argv) {
     clarus::cli::add_relay_command(app);
 
     try {
+        int result = 0;
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {  // help and the version, too
             if (app.exit(error) != 0) return exit_usage;
+        } catch (const clarus::cli::FoundWrong&) {
+            result = exit_failure;
         }
         finish_output();
-        return 0;
+        return result;
     } catch (const std::bad_alloc&) {
         report("out of host memory");
     } catch (const std::system_error& error) {

@@ -32,14 +32,14 @@ std::string script_safe(const nlohmann::ordered_json& data) {
 
 }  // namespace
 
-std::string page(const nlohmann::ordered_json& data) {
+std::string page(const nlohmann::ordered_json& data, std::string_view name) {
     std::string text;
-    std::string_view rest = file("page.html");
+    std::string_view rest = file(name);
     for (size_t open = rest.find("{{"); open != std::string_view::npos; open = rest.find("{{")) {
         const size_t close = rest.find("}}", open);
-        const std::string_view name = rest.substr(open + 2, close - open - 2);
+        const std::string_view part = rest.substr(open + 2, close - open - 2);
         text += rest.substr(0, open);
-        text += name == "data" ? script_safe(data) : std::string(file(name));
+        text += part == "data" ? script_safe(data) : std::string(file(part));
         rest.remove_prefix(close + 2);
     }
     return text.append(rest);

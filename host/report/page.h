@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 namespace clarus::report {
 
@@ -21,6 +22,8 @@ namespace clarus::report {
 ///   placements  [{"name", "seconds": from frame to frame, "devices", "placement", "stages", "timeline": as there}]:
 ///             how several devices shared a model, as `clarus bench placement` measured
 ///   benches   [{"name", "bench": as `clarus bench` writes}]
-std::string page(const nlohmann::ordered_json& data);
+///
+/// `name`: "check.html" is the page of `clarus check`, whose data are those of cli/check_page.cpp.
+std::string page(const nlohmann::ordered_json& data, std::string_view name = "page.html");
 
 }  // namespace clarus::report
