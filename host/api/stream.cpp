@@ -74,8 +74,8 @@ void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places)
     for (graph::Part& each : partition.parts) {
         const std::shared_ptr<ocl::Context>& own = device_.contexts()[each.place];
         Part& part = parts.emplace_back();
-        // A queue is in order, and so would be several streams that share it: a frame that waits for another device would
-        // hold up the others'. A caller's own is taken, once: there frames are ordered with what else is in it.
+        // A queue is in order, and so would be several streams that share it: a frame that waits for another device
+        // would hold up the others'. A caller's own is taken, once: there frames are ordered with what else is in it.
         const bool takes_callers = own->queue_is_callers() && !has_queue[each.place];
         part.context = takes_callers ? own : own->with_another_queue();
         part.device = each.place;

@@ -35,7 +35,8 @@ struct RawImage {
 template <typename Pixel>
 float store_normalised(unsigned char* place, float value, int first, int bits) {
     const Pixel most = static_cast<Pixel>(~Pixel{0}) >> (8 * sizeof(Pixel) - bits);
-    const auto level = static_cast<Pixel>(std::llround(value > 0 ? std::min(value, 1.0f) * static_cast<double>(most) : 0.0));
+    const auto level =
+        static_cast<Pixel>(std::llround(value > 0 ? std::min(value, 1.0f) * static_cast<double>(most) : 0.0));
     Pixel pixel;
     std::memcpy(&pixel, place, sizeof(pixel));
     pixel = static_cast<Pixel>((pixel & ~(most << first)) | (level << first));
