@@ -4,15 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "c_check.h"
 #include "clarus/clarus.h"
-
-#define CHECK(condition)                                                                                            \
-    do {                                                                                                            \
-        if (!(condition)) {                                                                                         \
-            fprintf(stderr, "%s:%d: %s does not hold (%s)\n", __FILE__, __LINE__, #condition, clarus_last_error()); \
-            return EXIT_FAILURE;                                                                                    \
-        }                                                                                                           \
-    } while (0)
 
 enum { WIDTH = 13, HEIGHT = 9, SCALE = 2 };
 
