@@ -16,6 +16,8 @@ class Interrupt {
     Interrupt& operator=(const Interrupt&) = delete;
 
     static bool came();
+    /// How long a wait may be before it looks whether one came.
+    static constexpr int look_milliseconds = 100;
 };
 
 }  // namespace clarus::cli

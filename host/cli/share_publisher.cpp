@@ -7,8 +7,6 @@
 namespace clarus::cli {
 namespace {
 
-constexpr int kLookMilliseconds = 100;  // how long an interrupt may take to be seen
-
 clarus_share_stream* open_stream(const std::string& name, const clarus_share_description& description) {
     clarus_share_stream* stream = nullptr;
     check_share(clarus_share_open(name.c_str(), &description, &stream));
@@ -22,7 +20,7 @@ SharePublisher::SharePublisher(const std::string& name, const clarus_share_descr
 
 bool SharePublisher::begin(clarus_share_frame& frame) {
     while (!Interrupt::came()) {
-        const clarus_share_status status = clarus_share_begin(stream_.get(), kLookMilliseconds, &frame);
+        const clarus_share_status status = clarus_share_begin(stream_.get(), Interrupt::look_milliseconds, &frame);
         tell_message();
         if (status == CLARUS_SHARE_OK) return true;
         if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);
@@ -38,7 +36,7 @@ void SharePublisher::end(const clarus_share_frame& frame) { check_share(clarus_s
 
 void SharePublisher::drain() {
     while (!Interrupt::came()) {
-        const clarus_share_status status = clarus_share_drain(stream_.get(), kLookMilliseconds);
+        const clarus_share_status status = clarus_share_drain(stream_.get(), Interrupt::look_milliseconds);
         tell_message();
         if (status == CLARUS_SHARE_OK) return;
         if (status != CLARUS_SHARE_TIMED_OUT) fail_with_share(status);

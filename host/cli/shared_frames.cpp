@@ -148,7 +148,7 @@ void SharedFrames::finish() {
 // Frames that are late do not make those that follow come sooner.
 void SharedFrames::wait_for_turn() {
     if (options_.frame_rate == 0) return;
-    constexpr auto kLook = std::chrono::milliseconds(100);  // how long an interrupt may take to be seen
+    constexpr std::chrono::milliseconds kLook(Interrupt::look_milliseconds);
     while (Clock::now() < turn_ && !Interrupt::came())
         std::this_thread::sleep_until(std::min<Clock::time_point>(turn_, Clock::now() + kLook));
     const auto frame =

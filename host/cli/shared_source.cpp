@@ -16,7 +16,6 @@
 namespace clarus::cli {
 namespace {
 
-constexpr int kLookMilliseconds = 100;  // how long an interrupt may take to be seen
 constexpr int kGivenUpMilliseconds = 1000;
 
 std::shared_ptr<clarus_share_reader> open_reader(const std::string& name) {
@@ -120,7 +119,7 @@ bool SharedSource::connect() {
         clarus_share_status status = CLARUS_SHARE_NO_STREAM;
         while (status == CLARUS_SHARE_NO_STREAM || status == CLARUS_SHARE_TIMED_OUT || status == CLARUS_SHARE_GONE) {
             if (Interrupt::came()) return false;
-            status = clarus_share_reader_connect(reader.get(), kLookMilliseconds);
+            status = clarus_share_reader_connect(reader.get(), Interrupt::look_milliseconds);
         }
         if (status == CLARUS_SHARE_OK && is_met(std::move(reader))) return true;
         if (status == CLARUS_SHARE_OK) continue;
@@ -149,8 +148,8 @@ bool SharedSource::is_met(std::shared_ptr<clarus_share_reader> reader) {
 void SharedSource::give_up(const std::string& why) {
     if (why != trouble_) log(LogLevel::warning, "{}; waiting for another renderer of {}", why, name_);
     trouble_ = why;
-    for (int waited = 0; waited < kGivenUpMilliseconds && !Interrupt::came(); waited += kLookMilliseconds)
-        std::this_thread::sleep_for(std::chrono::milliseconds(kLookMilliseconds));
+    for (int waited = 0; waited < kGivenUpMilliseconds && !Interrupt::came(); waited += Interrupt::look_milliseconds)
+        std::this_thread::sleep_for(std::chrono::milliseconds(Interrupt::look_milliseconds));
 }
 
 bool SharedSource::waits() const {
@@ -196,7 +195,7 @@ std::optional<SourceFrame> SharedSource::next() {
         clarus_share_reader* reader = stream_->reader.get();
         const uint64_t skipped = clarus_share_reader_state(reader).skipped;
         clarus_share_frame shared;
-        const clarus_share_status status = clarus_share_reader_wait(reader, kLookMilliseconds, &shared);
+        const clarus_share_status status = clarus_share_reader_wait(reader, Interrupt::look_milliseconds, &shared);
         if (status == CLARUS_SHARE_OK) {
             const uint64_t left_out = clarus_share_reader_state(reader).skipped - skipped;
             log_->taken(left_out);
