@@ -1,9 +1,10 @@
-// The caller's colour, depth and motion into their canonical form (docs/conventions.md), and the planes of the jitter
-// and the scale: one pass over the frame.
+// The caller's colour, depth, motion and masks into their canonical form (docs/conventions.md), and the planes of the
+// jitter and the scale: one pass over the frame.
 //
 // Options: WIDTH, HEIGHT (of the largest; depth and motion may be smaller than colour); the layouts COLOR_*, DEPTH_*,
-// MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_* of what the pipeline uses, each but motion with a …_STORAGE (half or
-// float); for each resource T of them the caller's format, RAW_T (ElementType's name) and RAW_T_COMPONENTS;
+// MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*, REACTIVE_*, TRANSPARENCY_* of what the pipeline uses, each but motion with
+// a …_STORAGE (half or float); for each resource T of them the caller's format, RAW_T (ElementType's name) and
+// RAW_T_COMPONENTS;
 // LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is (bytes to its first pixel, bytes from row to
 // row).
 
@@ -27,6 +28,9 @@ inline float small_float(uint pixel, int c) {
 #define READ(T, row, c) JOIN(PIXEL_, RAW_##T)((row), x, (c), RAW_##T##_COMPONENTS)
 #define WRITE(T, v, p, c) JOIN(WRITE_, T##_STORAGE)((v), (p), AT(T, x, y, c))
 
+// NaN becomes 0.
+inline float within_unit(float v) { return v > 0 ? min(v, 1.0f) : 0; }
+
 #ifdef LINEAR_COLOR
 // Negative and NaN become 0, infinity the largest half.
 inline float readable(float v) { return v > 0 ? (is_finite(v) ? v : 65504.0f) : 0; }
@@ -40,7 +44,7 @@ inline float16 display_values(float16 scene, float exposure) {
     return v < 0.0031308f ? 12.92f * v : 1.055f * power(v, 1 / 2.4f) - 0.055f;
 }
 #else
-inline float readable(float v) { return v > 0 ? min(v, 1.0f) : 0; }
+inline float readable(float v) { return within_unit(v); }
 #endif
 
 #ifdef DEPTH_WIDTH
@@ -107,10 +111,27 @@ inline float canonical_depth(float raw, Frame frame) {
 #define SCALE_PARAMETERS
 #define SCALE_PASSED
 #endif
-#define FRAME_PARAMETERS                                                                                               \
-    COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS Frame \
-        frame
-#define FRAME_PASSED COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED frame
+#ifdef REACTIVE_WIDTH
+#define REACTIVE_PARAMETERS global const uchar *raw_reactive, uint2 reactive_place, global REACTIVE_STORAGE *reactive,
+#define REACTIVE_PASSED raw_reactive, reactive_place, reactive,
+#else
+#define REACTIVE_PARAMETERS
+#define REACTIVE_PASSED
+#endif
+#ifdef TRANSPARENCY_WIDTH
+#define TRANSPARENCY_PARAMETERS \
+    global const uchar *raw_transparency, uint2 transparency_place, global TRANSPARENCY_STORAGE *transparency,
+#define TRANSPARENCY_PASSED raw_transparency, transparency_place, transparency,
+#else
+#define TRANSPARENCY_PARAMETERS
+#define TRANSPARENCY_PASSED
+#endif
+#define FRAME_PARAMETERS                                                                                         \
+    COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS \
+        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS Frame frame
+#define FRAME_PASSED                                                                                     \
+    COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED REACTIVE_PASSED \
+        TRANSPARENCY_PASSED frame
 
 // Whether pixel (x, y) of the largest image is one of T's.
 #define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
@@ -132,6 +153,12 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #ifdef DEPTH_WIDTH
     global const uchar* depth_row = raw_depth + depth_place.x + (size_t)y * depth_place.y;
 #endif
+#ifdef REACTIVE_WIDTH
+    global const uchar* reactive_row = raw_reactive + reactive_place.x + (size_t)y * reactive_place.y;
+#endif
+#ifdef TRANSPARENCY_WIDTH
+    global const uchar* transparency_row = raw_transparency + transparency_place.x + (size_t)y * transparency_place.y;
+#endif
 #ifdef MOTION_WIDTH
     global const uchar* motion_row = raw_motion + motion_place.x + (size_t)y * motion_place.y;
     const float longest_squared = (float)MOTION_WIDTH * MOTION_WIDTH + (float)MOTION_HEIGHT * MOTION_HEIGHT;
@@ -148,6 +175,13 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #endif
 #ifdef DEPTH_WIDTH
             if (BELONGS(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
+#endif
+#ifdef REACTIVE_WIDTH
+            if (BELONGS(REACTIVE, x, y)) WRITE(REACTIVE, within_unit(READ(REACTIVE, reactive_row, 0)), reactive, 0);
+#endif
+#ifdef TRANSPARENCY_WIDTH
+            if (BELONGS(TRANSPARENCY, x, y))
+                WRITE(TRANSPARENCY, within_unit(READ(TRANSPARENCY, transparency_row, 0)), transparency, 0);
 #endif
 #ifdef JITTER_X_WIDTH
             WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);

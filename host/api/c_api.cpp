@@ -19,6 +19,7 @@
 #include "clarus/interpolator.h"
 #include "clarus/jitter.h"
 #include "clarus/log.h"
+#include "clarus/quality.h"
 #include "clarus/upscaler.h"
 
 struct clarus_device {
@@ -173,6 +174,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.depth_format = format(from.depth_format);
     options.motion_format = format(from.motion_format);
     options.output_format = format(from.output_format);
+    if (from.reactive_format.channels != 0) options.reactive_format = format(from.reactive_format);
+    if (from.transparency_format.channels != 0) options.transparency_format = format(from.transparency_format);
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
@@ -601,6 +604,30 @@ clarus_status clarus_random_jitter(int frame, int scale, float* x, float* y) {
             clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}, scale {}: at least 0 and 1", frame, scale);
         return clarus::random_jitter(frame, scale);
     });
+}
+
+clarus_status clarus_quality_modes(clarus_list** names) {
+    return list_of(names, [] { return clarus::quality_modes(); });
+}
+
+clarus_status clarus_quality_scale(const char* mode, double* scale) {
+    return guarded([&] { given(scale, "scale") = clarus::quality_scale(&given(mode, "mode")); });
+}
+
+clarus_status clarus_quality_render_size(int output_width, int output_height, double scale, int* width, int* height) {
+    return guarded([&] {
+        const clarus::Size size = clarus::quality_render_size({output_width, output_height}, scale);
+        given(width, "width") = size.width;
+        given(height, "height") = size.height;
+    });
+}
+
+clarus_status clarus_jitter_count(double scale, int* count) {
+    return guarded([&] { given(count, "count") = clarus::jitter_count(scale); });
+}
+
+clarus_status clarus_mip_bias(double scale, double* bias) {
+    return guarded([&] { given(bias, "bias") = clarus::mip_bias(scale); });
 }
 
 int clarus_upscaler_needs_depth(const clarus_upscaler* upscaler) {

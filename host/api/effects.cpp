@@ -7,8 +7,9 @@ namespace clarus {
 graph::Graph with_effects(const graph::Graph& graph, Size shown, const UpscalerOptions& options) {
     graph::Graph result = graph;
     if (options.antialias_input == Antialiasing::mlaa)
-        result = graph::with_changed_color(
-            graph, [](graph::Graph& changed, graph::Value color) { return changed.mlaa(color, "mlaa of the input"); });
+        result = graph::with_changed(
+            graph, graph::input_of(graph, graph::Resource::color),
+            [](graph::Graph& changed, graph::Value color) { return changed.mlaa(color, "mlaa of the input"); });
     // MLAA looks for stairs of whole pixels, which are gone once an image has been resampled. Sharpening makes up for
     // what resampling blurs, and means pixels of the display.
     if (options.antialias == Antialiasing::mlaa) result.output = result.mlaa(result.output, "mlaa");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "base/error.h"
@@ -100,6 +101,15 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
                      context, use);
 }
 
+void check_mask(std::string_view name, const Image& image, std::string_view option,
+                const std::optional<ImageFormat>& format, Size size, cl_context context) {
+    if (image.empty()) return;
+    if (!format)
+        fail(ErrorKind::invalid_argument, "frame.{}: options.{} is not set, so that it would not be read", name,
+             option);
+    check_image(name, image, *format, size, context);
+}
+
 void check_optional(std::string_view name, const Image& image, Size render, Size output) {
     if (!image.empty() && image.size != render && image.size != output)
         fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels; neither render nor output resolution", name,
@@ -117,6 +127,9 @@ void check_options(const runtime::PlanOptions& options, const graph::Graph& grap
     check_format("color_format", options.color_format, 3, kMostChannels);
     check_format("depth_format", options.depth_format, 1, kMostChannels);
     check_format("motion_format", options.motion_format, 2, kMostChannels);
+    if (options.reactive_format) check_format("reactive_format", *options.reactive_format, 1, kMostChannels);
+    if (options.transparency_format)
+        check_format("transparency_format", *options.transparency_format, 1, kMostChannels);
     check_format("output_format", options.output_format, 3, 4);
     if (!is_real(options.motion_format.type))
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
@@ -151,8 +164,9 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);
-    check_optional("reactive_mask", frame.reactive_mask, sizes.render, sizes.output);
-    check_optional("transparency_mask", frame.transparency_mask, sizes.render, sizes.output);
+    check_mask("reactive_mask", frame.reactive_mask, "reactive_format", options.reactive_format, sizes.render, context);
+    check_mask("transparency_mask", frame.transparency_mask, "transparency_format", options.transparency_format,
+               sizes.render, context);
     check_optional("opaque_color", frame.opaque_color, sizes.render, sizes.output);
     check_optional("hudless_color", frame.hudless_color, sizes.render, sizes.output);
     check_optional("ui", frame.ui, sizes.render, sizes.output);

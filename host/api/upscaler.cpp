@@ -8,6 +8,7 @@
 
 #include "api/build_graph.h"
 #include "api/effects.h"
+#include "api/masks.h"
 #include "api/stream.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -81,7 +82,8 @@ struct Upscaler::State {
     SizedGraph build(Size render, const UpscalerOptions& options) const {
         const auto [scale, own] = model_sizes(model, render, options.output_size);
         const Size output = shown_size(own, options.output_size);
-        return {with_effects(build_graph(model, render, own, options.pipeline_options, scale), output, options),
+        const graph::Graph graph = build_graph(model, render, own, options.pipeline_options, scale);
+        return {with_effects(with_masks(graph, scale, options), output, options),
                 {.color = render, .render = render, .output = output},
                 scale};
     }

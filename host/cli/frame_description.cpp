@@ -14,6 +14,8 @@ FrameDescription describe_frame(const io::Sequence& sequence, const io::FrameFil
     result.color = image_of(pixels.color);
     result.depth = image_of(pixels.depth);
     result.motion = image_of(pixels.motion);
+    result.reactive_mask = image_of(pixels.reactive_mask);
+    result.transparency_mask = image_of(pixels.transparency_mask);
     return result;
 }
 

@@ -58,6 +58,9 @@ UpscalerOptions options_for(UpscalerOptions settings, const io::Sequence& sequen
     settings.depth = sequence.depth;
     settings.motion = sequence.motion_encoding();
     settings.dynamic_resolution = dynamic;
+    const ImageFormat mask{ElementType::f32, 1};  // as io/frames reads it
+    if (sequence.any_has("reactive")) settings.reactive_format = mask;
+    if (sequence.any_has("transparency")) settings.transparency_format = mask;
     return settings;
 }
 

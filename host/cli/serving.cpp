@@ -83,6 +83,8 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     options.color_format = stream->color_format;
     if (stream->has_depth) options.depth_format = stream->depth_format;
     if (stream->has_motion) options.motion_format = stream->motion_format;
+    options.reactive_format = stream->reactive_format;
+    options.transparency_format = stream->transparency_format;
     Device device = Device::open(settings.device);
     Upscaler upscaler(device, model, sequence.render_size, options);
     check_resources(upscaler, model, *stream, name_);
@@ -127,7 +129,9 @@ std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
     current_ = seat;
     lock.unlock();
 
-    if (seat->buffers) seat->buffers->replace({&frame.inputs.color, &frame.inputs.depth, &frame.inputs.motion});
+    if (seat->buffers)
+        seat->buffers->replace({&frame.inputs.color, &frame.inputs.depth, &frame.inputs.motion,
+                                &frame.inputs.reactive_mask, &frame.inputs.transparency_mask});
     return {seat, &seat->upscaler};
 }
 

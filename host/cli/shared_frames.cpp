@@ -7,6 +7,7 @@
 #include <cctype>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "cli/interrupt.h"
@@ -24,6 +25,8 @@ clarus_share_description describe(const io::Sequence& sequence, bool has_depth, 
     description.resources[CLARUS_SHARE_COLOR] = resource(3);
     if (has_depth) description.resources[CLARUS_SHARE_DEPTH] = resource(1);
     if (has_motion) description.resources[CLARUS_SHARE_MOTION] = resource(2);
+    if (sequence.any_has("reactive")) description.resources[CLARUS_SHARE_REACTIVE_MASK] = resource(1);
+    if (sequence.any_has("transparency")) description.resources[CLARUS_SHARE_TRANSPARENCY_MASK] = resource(1);
     description.slots = options.slots;
     description.policy = options.newest ? CLARUS_SHARE_NEWEST_FRAME : CLARUS_SHARE_EVERY_FRAME;
     description.linear_color = sequence.color_space == ColorSpace::linear;
@@ -88,6 +91,13 @@ void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::
     std::ranges::copy(files.camera->projection, frame.projection);
 }
 
+/// Of a frame without one, zeros: a stream's frames all bring the same.
+void copy_mask(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& mask) {
+    if (!mask.values.empty()) return SharePublisher::copy(frame, kind, mask.values.data());
+    const std::vector<float> none(static_cast<size_t>(frame.width) * frame.height);
+    SharePublisher::copy(frame, kind, none.data());
+}
+
 }  // namespace
 
 SharedFrames::SharedFrames(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
@@ -134,6 +144,8 @@ bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pix
         SharePublisher::copy(frame, CLARUS_SHARE_COLOR, pixels.color.values.data());
         SharePublisher::copy(frame, CLARUS_SHARE_DEPTH, pixels.depth.values.data());
         SharePublisher::copy(frame, CLARUS_SHARE_MOTION, pixels.motion.values.data());
+        copy_mask(frame, CLARUS_SHARE_REACTIVE_MASK, pixels.reactive_mask);
+        copy_mask(frame, CLARUS_SHARE_TRANSPARENCY_MASK, pixels.transparency_mask);
         publisher_.end(frame);
     }
     rendering_.emplace(trace_, Trace::Track::main, "render");

@@ -44,6 +44,10 @@ Value Graph::input(Resource resource, Size render) {
             return add(Input{resource}, {}, {1, render.height, render.width}, "depth");
         case Resource::motion:
             return add(Input{resource}, {}, {2, render.height, render.width}, "motion");
+        case Resource::reactive_mask:
+            return add(Input{resource}, {}, {1, render.height, render.width}, "reactive mask");
+        case Resource::transparency_mask:
+            return add(Input{resource}, {}, {1, render.height, render.width}, "transparency mask");
     }
     throw std::logic_error("unknown resource");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -12,14 +13,17 @@
 /// documented here; the definitions are there.
 namespace clarus::graph {
 
-enum class Resource { color, depth, motion };
+enum class Resource { color, depth, motion, reactive_mask, transparency_mask };
+inline constexpr std::array kResources{Resource::color, Resource::depth, Resource::motion, Resource::reactive_mask,
+                                       Resource::transparency_mask};
 
 /// A resource of the frame description, converted to its canonical form at render resolution: colour (3 channels,
-/// display-encoded), depth (1) or motion (2, render pixels, NaN where invalid).
+/// display-encoded), depth (1), motion (2, render pixels, NaN where invalid) or a mask (1, from 0 to 1).
 struct Input {
     Resource resource;
     Traits traits() const {
-        return {Memory::ingested, resource == Resource::color ? Stored::image : Stored::f32, Pixels::all, kAnyRows, 0};
+        const bool precise = resource == Resource::depth || resource == Resource::motion;
+        return {Memory::ingested, precise ? Stored::f32 : Stored::image, Pixels::all, kAnyRows, 0};
     }
 };
 

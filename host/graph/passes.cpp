@@ -207,20 +207,26 @@ Graph fuse(const Graph& graph, const std::vector<std::string>& keep) {
     return fuse_pointwise(fuse_convolution_inputs(hand_on_bytes(remove_unused(graph, keep))));
 }
 
-Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change) {
+Graph with_changed(const Graph& graph, Value value, const std::function<Value(Graph&, Value)>& change) {
     Graph result = graph;
     result.nodes.clear();
     std::vector<Value> renamed;
     for (Node node : graph.nodes) {
         for (Value& input : node.inputs) input = renamed[input];
-        const auto* input = std::get_if<Input>(&node.op);
-        const bool is_color = input && input->resource == Resource::color;
         result.nodes.push_back(std::move(node));
-        const Value value = static_cast<Value>(result.nodes.size()) - 1;
-        renamed.push_back(is_color ? change(result, value) : value);
+        const Value last = static_cast<Value>(result.nodes.size()) - 1;
+        const bool is_changed = static_cast<Value>(renamed.size()) == value;
+        renamed.push_back(is_changed ? change(result, last) : last);
     }
-    result.rename_results([&](Value value) { return renamed[value]; });
+    result.rename_results([&](Value each) { return renamed[each]; });
     return result;
+}
+
+Value input_of(const Graph& graph, Resource resource) {
+    for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value)
+        if (const auto* input = std::get_if<Input>(&graph.nodes[value].op); input && input->resource == resource)
+            return value;
+    return -1;
 }
 
 }  // namespace clarus::graph

@@ -33,7 +33,9 @@ Graph remove_unused(const Graph& graph);
 /// All of these, in their order.
 Graph fuse(const Graph& graph, const std::vector<std::string>& keep);
 
-/// A graph in which what `change` adds to the colour input stands in the input's place.
-Graph with_changed_color(const Graph& graph, const std::function<Value(Graph&, Value color)>& change);
+/// A graph in which what `change` makes of a value stands in the value's place. What comes before it keeps its number.
+Graph with_changed(const Graph& graph, Value value, const std::function<Value(Graph&, Value)>& change);
+/// The node that hands out a resource; −1 where nothing reads it.
+Value input_of(const Graph& graph, Resource resource);
 
 }  // namespace clarus::graph

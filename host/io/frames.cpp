@@ -59,6 +59,11 @@ Pixels read_checked(const std::filesystem::path& path, const Expectation& expect
     return pixels;
 }
 
+Pixels read_optional(const char* key, const Sequence& sequence, const FrameFiles& files) {
+    const auto file = files.optional.find(key);
+    return file == files.optional.end() ? Pixels{} : read_checked(file->second, optional_of(key, sequence, files));
+}
+
 }  // namespace
 
 void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
@@ -91,6 +96,8 @@ FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion,
         pixels.depth = read_checked(files.depth, depth_of(sequence, files));
         if (sequence.depth_storage == DepthStorage::packed_rgba8) pixels.depth = unpack_depth(pixels.depth);
         pixels.motion = read_checked(files.motion, motion_of(sequence, files));
+        pixels.reactive_mask = read_optional("reactive", sequence, files);
+        pixels.transparency_mask = read_optional("transparency", sequence, files);
     }
     if (want_reference) pixels.reference = read_checked(files.reference, reference_of(sequence));
     return pixels;
@@ -98,11 +105,8 @@ FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion,
 
 std::optional<GroundTruth> read_ground_truth(const Sequence& sequence, size_t index) {
     const FrameFiles& files = sequence.frames.at(index);
-    const auto read = [&](const char* key) {
-        const auto file = files.optional.find(key);
-        return file == files.optional.end() ? Pixels{} : read_checked(file->second, optional_of(key, sequence, files));
-    };
-    GroundTruth truth{read("reference_depth"), read("reference_motion")};
+    GroundTruth truth{read_optional("reference_depth", sequence, files),
+                      read_optional("reference_motion", sequence, files)};
     if (truth.depth.values.empty() || truth.motion.values.empty()) return std::nullopt;
     truth.depth = decode_depth(truth.depth, sequence, files);
     truth.motion = decode_motion(truth.motion, sequence, files);

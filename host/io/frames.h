@@ -17,14 +17,15 @@ void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motio
 /// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
 /// (Packed depth is unpacked.) Empty where not asked for or not there.
 struct FramePixels {
-    Pixels color;      // 3 channels, render resolution
-    Pixels depth;      // 1
-    Pixels motion;     // 2
-    Pixels reference;  // 3, output resolution
+    Pixels color;                                 // 3 channels, render resolution
+    Pixels depth;                                 // 1
+    Pixels motion;                                // 2
+    Pixels reference;                             // 3, output resolution
+    Pixels reactive_mask{}, transparency_mask{};  // 1, render resolution
 };
 
-/// Depth comes with motion. Errors: file, naming the image that does not open or whose size or channels are not the
-/// sequence's.
+/// Depth and masks come with motion. Errors: file, naming the image that does not open or whose size or channels are
+/// not the sequence's.
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference);
 
 /// Where a frame's surfaces are and were, without jitter, at the centres of output pixels.

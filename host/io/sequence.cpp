@@ -34,6 +34,11 @@ bool Sequence::is_dynamic() const {
                        [&](const FrameFiles& frame) { return render_size_of(frame) != render_size; });
 }
 
+bool Sequence::any_has(const std::string& optional) const {
+    return std::any_of(frames.begin(), frames.end(),
+                       [&](const FrameFiles& frame) { return frame.optional.contains(optional); });
+}
+
 MotionEncoding Sequence::motion_encoding() const {
     return {.scale = motion_scale({}), .jittered = motion.jittered, .sampled_at_jitter = motion.sampled_at_jitter};
 }

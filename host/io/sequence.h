@@ -58,6 +58,8 @@ struct Sequence {
     Size output_size() const { return shown_size.value_or(scaled(render_size, scale)); }
     /// Output pixels along a side of a render pixel; where its sides differ, the mean of both (geometric).
     double output_scale() const;
+    /// Whether some frame has this further image, "reactive", ….
+    bool any_has(const std::string& optional) const;
     /// The library's form of `motion`: scale in render pixels, flags.
     MotionEncoding motion_encoding() const;
     /// Its scale for a frame, in the frame's render pixels.

@@ -52,22 +52,25 @@ KernelCall ingest(const IngestProblem& problem) {
         largest_name = name;
     };
     const auto resource = [&](std::string_view name, const std::optional<TensorLayout>& layout, graph::Resource source,
-                              const ImageFormat& format) {
+                              const std::optional<ImageFormat>& format, int written) {
         if (!layout) return;
         const int index = static_cast<int>(source);
-        call.options += source_options(name, format);
+        call.options += source_options(name, format.value());
         call.arguments.push_back({ArgumentKind::resource, index});
         call.arguments.push_back({ArgumentKind::resource_offset, index});
-        destination(name, layout, index);
+        destination(name, layout, written);
     };
 
-    resource("COLOR", problem.color, graph::Resource::color, options.color_format);
-    resource("DEPTH", problem.depth, graph::Resource::depth, options.depth_format);
-    resource("MOTION", problem.motion, graph::Resource::motion, options.motion_format);
+    using graph::Resource;
+    resource("COLOR", problem.color, Resource::color, options.color_format, 0);
+    resource("DEPTH", problem.depth, Resource::depth, options.depth_format, 1);
+    resource("MOTION", problem.motion, Resource::motion, options.motion_format, 2);
     if (problem.motion) call.arguments.push_back({ArgumentKind::counter});
     destination("JITTER_X", problem.jitter_x, 3);
     destination("JITTER_Y", problem.jitter_y, 4);
     destination("SCALE", problem.scale, 5);
+    resource("REACTIVE", problem.reactive_mask, Resource::reactive_mask, options.reactive_format, 6);
+    resource("TRANSPARENCY", problem.transparency_mask, Resource::transparency_mask, options.transparency_format, 7);
     call.arguments.push_back({ArgumentKind::frame});
     if (!largest) throw std::logic_error("a pipeline reads something of its frame");
 

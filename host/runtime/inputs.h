@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <stdexcept>
 
 #include "clarus/stream.h"
 #include "runtime/implementation.h"
@@ -10,19 +11,37 @@ namespace clarus::runtime {
 
 /// Where the canonical inputs go; what the pipeline does not use has no layout.
 struct IngestProblem {
-    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale;
+    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale, reactive_mask, transparency_mask;
     const StreamOptions* options = nullptr;  // formats, colour space, encodings
 };
 
 /// What ingest writes, in the order of its arguments of kind `input`.
-inline std::array<const std::optional<TensorLayout>*, 6> destinations(const IngestProblem& problem) {
-    return {&problem.color, &problem.depth, &problem.motion, &problem.jitter_x, &problem.jitter_y, &problem.scale};
+inline std::array<const std::optional<TensorLayout>*, 8> destinations(const IngestProblem& problem) {
+    return {&problem.color,    &problem.depth, &problem.motion,        &problem.jitter_x,
+            &problem.jitter_y, &problem.scale, &problem.reactive_mask, &problem.transparency_mask};
 }
 
-/// One kernel that reads the caller's images and writes colour, depth, motion and the planes of the jitter and the
-/// scale in their canonical form (docs/conventions.md), counting invalid motion vectors. Its arguments of kind `input`
-/// are what it writes: 0 colour, 1 depth, 2 motion, 3 jitter_x, 4 jitter_y, 5 scale. The caller's images begin, and
-/// their rows follow, at multiples of their elements' size.
+/// Where a resource goes: a member of `problem`, which is const or not.
+auto& layout_of(graph::Resource resource, auto& problem) {
+    switch (resource) {
+        case graph::Resource::color:
+            return problem.color;
+        case graph::Resource::depth:
+            return problem.depth;
+        case graph::Resource::motion:
+            return problem.motion;
+        case graph::Resource::reactive_mask:
+            return problem.reactive_mask;
+        case graph::Resource::transparency_mask:
+            return problem.transparency_mask;
+    }
+    throw std::logic_error("unknown resource");
+}
+
+/// One kernel that reads the caller's images and writes colour, depth, motion, masks and the planes of the jitter and
+/// the scale in their canonical form (docs/conventions.md), counting invalid motion vectors. Its arguments of kind
+/// `input` are what it writes, numbered as `destinations` are. The caller's images begin, and their rows follow, at
+/// multiples of their elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR

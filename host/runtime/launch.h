@@ -19,8 +19,8 @@ struct Bindings {
     cl::Buffer packed_weights;
     cl_uint packed_offset = 0;
     FrameConstants frame;
-    std::array<cl::Buffer, 3> resources;  // by graph::Resource
-    std::array<cl_uint2, 3> resource_offsets{};
+    std::array<cl::Buffer, graph::kResources.size()> resources;  // by graph::Resource
+    std::array<cl_uint2, graph::kResources.size()> resource_offsets{};
     cl::Buffer target;
     cl_uint2 target_offset{};
     cl::Buffer counter;

@@ -26,10 +26,7 @@ IngestProblem ingest_problem(const LayoutPlan& plan, const StreamOptions& option
     for (Value value = 0; value < static_cast<Value>(plan.graph.nodes.size()); ++value) {
         const graph::Operator& op = plan.graph.nodes[value].op;
         if (const auto* input = std::get_if<graph::Input>(&op)) {
-            auto& layout = input->resource == graph::Resource::color   ? problem.color
-                           : input->resource == graph::Resource::depth ? problem.depth
-                                                                       : problem.motion;
-            layout = plan.layouts[value];
+            layout_of(input->resource, problem) = plan.layouts[value];
         } else if (const auto* plane = std::get_if<graph::Plane>(&op)) {
             auto& layout = plane->scalar == graph::FrameScalar::jitter_x   ? problem.jitter_x
                            : plane->scalar == graph::FrameScalar::jitter_y ? problem.jitter_y

@@ -1,6 +1,7 @@
 #include "runtime/ports.h"
 
 #include <optional>
+#include <stdexcept>
 
 #include "base/image_format.h"
 #include "cl/error.h"
@@ -10,30 +11,36 @@ namespace {
 
 using graph::Resource;
 
-constexpr std::array kResources{Resource::color, Resource::depth, Resource::motion};
-
-const ImageFormat& format_of(Resource resource, const StreamOptions& options) {
+ImageFormat format_of(Resource resource, const StreamOptions& options) {
     switch (resource) {
         case Resource::color:
             return options.color_format;
         case Resource::depth:
             return options.depth_format;
         case Resource::motion:
-            break;
+            return options.motion_format;
+        case Resource::reactive_mask:
+            return options.reactive_format.value();
+        case Resource::transparency_mask:
+            return options.transparency_format.value();
     }
-    return options.motion_format;
+    throw std::logic_error("unknown resource");
 }
 
-const std::optional<TensorLayout>& layout_of(Resource resource, const IngestProblem& problem) {
+const Image& image_of(Resource resource, const FrameDescription& frame) {
     switch (resource) {
         case Resource::color:
-            return problem.color;
+            return frame.color;
         case Resource::depth:
-            return problem.depth;
+            return frame.depth;
         case Resource::motion:
-            break;
+            return frame.motion;
+        case Resource::reactive_mask:
+            return frame.reactive_mask;
+        case Resource::transparency_mask:
+            return frame.transparency_mask;
     }
-    return problem.motion;
+    throw std::logic_error("unknown resource");
 }
 
 Size size_of(const TensorLayout& layout) { return {layout.width, layout.height}; }
@@ -57,7 +64,7 @@ cl_uint2 offset_and_pitch(size_t offset, size_t pitch) {
 
 Ports::Ports(ocl::Context& context, const Plan& plan, const StreamOptions& options, Profiler& profiler)
     : context_(context), options_(options), profiler_(profiler), output_bytes_(output_bytes(plan, options)) {
-    for (const Resource resource : kResources)
+    for (const Resource resource : graph::kResources)
         input_bytes_[static_cast<int>(resource)] = input_bytes(resource, plan, options);
 }
 
@@ -67,13 +74,28 @@ void Ports::add_stages() {
 }
 
 void Ports::bind_inputs(const FrameDescription& frame, const IngestProblem& problem, Bindings& ingest) {
-    if (problem.color) bind_input(Resource::color, frame.color, ingest);
-    if (problem.depth) bind_input(Resource::depth, frame.depth, ingest);
-    if (problem.motion) bind_input(Resource::motion, frame.motion, ingest);
+    for (const Resource resource : graph::kResources) {
+        const std::optional<TensorLayout>& layout = layout_of(resource, problem);
+        if (!layout) continue;
+        const Image& image = image_of(resource, frame);
+        if (image.empty())
+            bind_no_mask(resource, *layout, ingest);
+        else
+            bind_input(resource, image, ingest);
+    }
+}
+
+// All rows of the image are the one that is there.
+void Ports::bind_no_mask(Resource resource, const TensorLayout& layout, Bindings& ingest) {
+    const int index = static_cast<int>(resource);
+    const size_t row = tight_pitch(size_of(layout), format_of(resource, options_));
+    if (!no_mask_() || no_mask_.getInfo<CL_MEM_SIZE>() < row) no_mask_ = zeroed(row);
+    ingest.resources[index] = no_mask_;
+    ingest.resource_offsets[index] = offset_and_pitch(0, 0);
 }
 
 void Ports::bind_input(Resource resource, const Image& image, Bindings& ingest) {
-    const ImageFormat& format = format_of(resource, options_);
+    const ImageFormat format = format_of(resource, options_);
     const int index = static_cast<int>(resource);
     if (image.buffer) {
         ingest.resources[index] = cl::Buffer(image.buffer, true);
@@ -119,7 +141,7 @@ cl::Buffer Ports::zeroed(size_t bytes) const {
 }
 
 void Ports::stand_in_inputs(const Plan& plan, Bindings& ingest) const {
-    for (const Resource resource : kResources)
+    for (const Resource resource : graph::kResources)
         if (const size_t bytes = input_bytes(resource, plan, options_))
             ingest.resources[static_cast<int>(resource)] = zeroed(bytes);
 }
@@ -131,13 +153,14 @@ void Ports::stand_in_output(const Plan& plan, Bindings& present) const {
 
 size_t Ports::bytes(const Plan& plan, const StreamOptions& options) {
     size_t bytes = output_bytes(plan, options);
-    for (const Resource resource : kResources) bytes += input_bytes(resource, plan, options);
+    for (const Resource resource : graph::kResources) bytes += input_bytes(resource, plan, options);
     return bytes;
 }
 
 double ingest_bytes(const Plan& plan, const StreamOptions& options) {
     double bytes = 0;
-    for (const Resource resource : kResources) bytes += static_cast<double>(input_bytes(resource, plan, options));
+    for (const Resource resource : graph::kResources)
+        bytes += static_cast<double>(input_bytes(resource, plan, options));
     for (const auto* written : destinations(plan.ingest))
         if (*written) bytes += tensor_bytes(**written);
     return bytes;

@@ -36,15 +36,17 @@ class Ports {
 
   private:
     void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
+    void bind_no_mask(graph::Resource resource, const TensorLayout& layout, Bindings& ingest);
     cl::Buffer zeroed(size_t bytes) const;
 
     ocl::Context& context_;
     const StreamOptions& options_;
     Profiler& profiler_;
     int upload_stage_ = -1, read_back_stage_ = -1;
-    std::array<size_t, 3> input_bytes_;  // of copies, by graph::Resource
+    std::array<size_t, graph::kResources.size()> input_bytes_;  // of copies, by graph::Resource
     size_t output_bytes_;
-    std::array<cl::Buffer, 3> inputs_;
+    std::array<cl::Buffer, graph::kResources.size()> inputs_;
+    cl::Buffer no_mask_;  // a row of zeros
     cl::Buffer output_;
 };
 

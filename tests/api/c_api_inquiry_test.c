@@ -33,7 +33,9 @@ int main(void) {
     clarus_view view;
     const clarus_stage_profile* stages = NULL;
     double part = -1;
+    double scale = 0;
     float x = 9, y = 9;
+    int width = 0, height = 0, phases = 0;
     unsigned invalid = 9;
     size_t count = 0;
 
@@ -70,6 +72,18 @@ int main(void) {
     CHECK(clarus_mnss_jitter(0, 5, &x, &y) == CLARUS_INVALID_ARGUMENT);
     CHECK(clarus_random_jitter(3, 2, &x, &y) == CLARUS_OK && fabsf(x) == 0.25f && fabsf(y) == 0.25f);
 
+    CHECK(clarus_quality_modes(&list) == CLARUS_OK && contains(list, "performance"));
+    clarus_list_release(list);
+    CHECK(clarus_quality_scale("quality", &scale) == CLARUS_OK && scale == 1.5);
+    CHECK(clarus_quality_scale("best", &scale) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "ultra_performance"));
+    CHECK(clarus_quality_render_size(1920, 1080, 1.5, &width, &height) == CLARUS_OK && width == 1280 && height == 720);
+    CHECK(clarus_jitter_count(2, &phases) == CLARUS_OK && phases == 32);
+    CHECK(clarus_mip_bias(2, &scale) == CLARUS_OK && scale == -1);
+    CHECK(clarus_mip_bias(0, &scale) == CLARUS_INVALID_ARGUMENT);
+
+    options.reactive_format.type = CLARUS_F32;
+    options.reactive_format.channels = 1;
     options.profile = 1;
     options.views = viewed;
     options.view_count = 1;
@@ -109,6 +123,11 @@ int main(void) {
     frame.reactive_mask.height = HEIGHT;
     CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
     CHECK(strstr(clarus_last_error(), "reactive_mask"));
+    frame.reactive_mask.width = WIDTH;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    frame.transparency_mask = frame.reactive_mask;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "transparency_format"));
     clarus_upscaler_release(upscaler);
     clarus_model_release(model);
     clarus_device_release(device);

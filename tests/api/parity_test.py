@@ -80,7 +80,7 @@ class Parity(unittest.TestCase):
                 with self.subTest(f"{name}::{method}"):
                     expected = FUNCTIONS.get(f"{name}::{method}", f"clarus_{name.lower()}_{method}")
                     self.assertTrue(expected is None or expected in declared, expected)
-        for header in ("device.h", "jitter.h", "log.h"):
+        for header in ("device.h", "jitter.h", "log.h", "quality.h"):
             for function in re.findall(r"CLARUS_API [^;{]*?(\w+)\(", text_of(header)):
                 self.assertIn(f"clarus_{function}", declared)
         self.assertIn("clarus_upscaler_invalid_motion_vectors", declared)

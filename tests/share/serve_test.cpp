@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fstream>
@@ -5,10 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/file.h"
 #include "io/frames.h"
+#include "io/image.h"
 #include "io/sequence.h"
 #include "share_programs.h"
 
@@ -62,6 +65,28 @@ TEST_CASE("what is served is the same bytes as what is upscaled from files") {
             CHECK(place.runtime.is_empty());
         }
     }
+}
+
+TEST_CASE("masks of files and of a stream act alike, where a frame has one") {
+    const Workplace place(4);
+    place.upscale(network, "without");
+    json sequence = place.description();
+    for (const auto& [key, frame] : {std::pair{"reactive", 1}, std::pair{"transparency", 2}}) {
+        const std::string file = std::string(key) + ".png";
+        io::Pixels mask{render_size, 1, std::vector<float>(24 * 16)};
+        std::fill_n(mask.values.begin(), 24 * 8, 1.0f);
+        io::write_image(place / "sequence" / file, mask, io::SampleType::u8);
+        sequence["frames"][frame][key] = file;
+    }
+    place.describe(sequence);
+    place.upscale(network, "upscaled");
+    CHECK(place.bytes("upscaled/0000.png") == place.bytes("without/0000.png"));
+    CHECK(place.bytes("upscaled/0001.png") != place.bytes("without/0001.png"));
+    CHECK(place.bytes("upscaled/0002.png") != place.bytes("without/0002.png"));
+    const auto server = place.serve(network, "served");
+    CHECK(place.play()->result() == 0);
+    CHECK(server->result() == 0);
+    check_same_files(place, "upscaled", "served", 4);
 }
 
 TEST_CASE("a video of what is served is the same bytes as one of what is upscaled, and its size stays") {

@@ -78,6 +78,7 @@ typedef struct clarus_options {
     int band_rows;                   /* 0: 32, where whole images would be large for the device */
     const char* const* views;        /* of clarus_upscaler_view_names: to keep readable */
     size_t view_count;
+    clarus_format reactive_format, transparency_format; /* 0 channels: frames bring no such mask */
 } clarus_options;
 
 typedef struct clarus_option_description {
@@ -216,6 +217,13 @@ void clarus_model_release(clarus_model* model);
 clarus_status clarus_halton_jitter(int frame, int count, float* x, float* y);
 clarus_status clarus_mnss_jitter(int frame, int scale, float* x, float* y);
 clarus_status clarus_random_jitter(int frame, int scale, float* x, float* y);
+
+/* As quality.h tells. */
+clarus_status clarus_quality_modes(clarus_list** names);
+clarus_status clarus_quality_scale(const char* mode, double* scale);
+clarus_status clarus_quality_render_size(int output_width, int output_height, double scale, int* width, int* height);
+clarus_status clarus_jitter_count(double scale, int* count);
+clarus_status clarus_mip_bias(double scale, double* bias);
 
 /* For what does not compile this header: `struct_size` bytes with their usual values, the size among them. */
 void clarus_options_init(clarus_options* options, size_t struct_size);

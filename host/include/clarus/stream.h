@@ -48,6 +48,9 @@ struct StreamOptions {
     ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels, any type
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel, any type
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
+    /// Of FrameDescription::reactive_mask and transparency_mask, ≥ 1 channel of which the first is read, any type.
+    /// Upscalers alone; where set, frames may bring that mask, and those that do not have one of zeros.
+    std::optional<ImageFormat> reactive_format, transparency_format;
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1; u8, f16 or f32
     bool profile = false;                            // time every stage with device events
     /// Which device makes what, where Device::open was given several: "auto", which measures in `prepare` and takes
@@ -80,8 +83,7 @@ struct FrameParameters {
 
 /// One frame. Inputs at render resolution, the output at output resolution; each may be a part of a larger image
 /// (Image::origin). Host memory must stay valid until the
-/// returned event completes. Optional resources are accepted and checked for size; a pipeline ignores what it does not
-/// use (at present all of them).
+/// returned event completes.
 struct FrameDescription : FrameParameters {
     /// This frame's render size, where options.dynamic_resolution is set: at most the upscaler's along each side; {0,
     /// 0}: the upscaler's. A change waits for nothing, compiles nothing and allocates nothing; the history is
@@ -95,7 +97,12 @@ struct FrameDescription : FrameParameters {
     Image output;
     std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
 
-    Image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;
+    /// At render size: how much of each pixel comes from this frame alone, from 0 (as the model wants it) to 1
+    /// (docs/integrating.md, "Masks"). Of the two the larger counts. Errors: invalid_argument, where the options do not
+    /// name a mask's format. Models that keep nothing of earlier frames need none and read none.
+    Image reactive_mask, transparency_mask;
+    /// Checked for their size, at render or output resolution; nothing reads them yet.
+    Image opaque_color, hudless_color, ui;
 };
 
 /// Device memory, in bytes.
