@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <future>
 #include <iterator>
 #include <memory>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "base/rounding.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
+#include "cli/convention_watch.h"
 #include "cli/frame_loop.h"
 #include "cli/frame_source.h"
 #include "cli/interrupt.h"
@@ -50,7 +52,7 @@ struct UpscaleOptions {
     std::optional<int> crf;
     FrameRate frame_rate = FrameRate::as_rendered;
     std::vector<std::string> views;
-    bool explain_placement = false;
+    bool explain_placement = false, no_check = false;
     bool print_profile = false;
     std::filesystem::path trace, report;
 };
@@ -169,6 +171,9 @@ void upscale(const UpscaleOptions& options) {
         fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
                    upscaler.output_size().height, options.wish.output_size ? "" : ", the output_size of the sequence");
 
+    std::future<void> watch;
+    if (upscaler.needs_motion() && !options.no_check)
+        watch = watch_conventions(sequence, options.sequence.path.string());
     const auto start = std::chrono::steady_clock::now();
     {
         Progress progress("preparing");
@@ -322,6 +327,8 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("NAME")
         ->allow_extra_args(false);
     add_placement_options(command, options->settings);
+    command.add_flag("--no-check", options->no_check,
+                     "Do not hold the first frames against what the JSON declares, as clarus check does");
     command.add_flag("--explain-placement", options->explain_placement,
                      "Print which stages each device makes, and what moves between devices");
     command.add_flag("--profile", options->print_profile, "Print the time, GFLOP/s and GB/s of every stage");

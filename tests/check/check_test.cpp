@@ -15,6 +15,7 @@
 #include "io/frames.h"
 #include "program.h"
 #include "temporary_folder.h"
+#include "test_device.h"
 
 using namespace clarus;
 using check::Film;
@@ -252,6 +253,10 @@ TEST_CASE("the command corrects what it finds, and says so by its exit status") 
         run({"render", "--scene", "demo", "--size", "160x96", "--frames", "8", "--no-reference", "-o", path}).first ==
         0);
     CHECK(run({"check", path}).first == 0);
+    const auto upscaled = [&](const char* model) {
+        return run({"upscale", path, "--model", model, "--device", test_selector(), "-o", folder / "upscaled"});
+    };
+    CHECK(upscaled("fsr2").second.find("clarus check") == std::string::npos);
     io::Sequence wrong = io::read_sequence(path);
     wrong.motion.from_previous = true;
     for (io::FrameFiles& frame : wrong.frames) frame.jitter.x = -frame.jitter.x;
@@ -259,6 +264,12 @@ TEST_CASE("the command corrects what it finds, and says so by its exit status") 
     const auto [status, text] = run({"check", path, "--fix", "--report", folder / "page.html"});
     CHECK(status == 1);
     CHECK(text.find("2 things are surely wrong") != std::string::npos);
+    CHECK(upscaled("bicubic").second.find("clarus check") == std::string::npos);  // which reads no motion
+    const auto [fine, warning] = upscaled("fsr2");
+    CHECK(fine == 0);
+    CHECK_MESSAGE(warning.find("motion.direction is from_previous, and to_previous fits better; jitter x is") !=
+                      std::string::npos,
+                  warning);
     CHECK(io::read_file(folder / "page.html").find("jitter x") != std::string::npos);
     const std::filesystem::path fixed = folder / "sequence" / "sequence.fixed.json";
     CHECK(run({"check", fixed.string()}).first == 0);
