@@ -1,0 +1,10 @@
+#include "module.h"
+
+#include "clarus/version.h"
+
+NB_MODULE(_clarus, module) {
+    module.attr("version") = CLARUS_VERSION_STRING;
+    clarus::python::add_errors(module);
+    clarus::python::add_inquiry(module);
+    clarus::python::add_upscaler(module);
+}

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+// The parts of the module, each of which module.cpp calls once.
+
+namespace clarus::python {
+
+/// The exceptions, one a kind of Error, and that Error becomes them.
+void add_errors(nanobind::module_& module);
+/// What there is: devices, models, jitter.
+void add_inquiry(nanobind::module_& module);
+void add_upscaler(nanobind::module_& module);
+
+}  // namespace clarus::python
