@@ -347,7 +347,7 @@ void add_upscale_command(CLI::App& app) {
                     "Of a value in the pictures: 8 or 16 of png; 16, half, or 32, float, of exr. Unless told, 16 where "
                     "the sequence's colour has 16 of that kind, else 8 of png and 32 of exr")
         ->type_name("8|16|32")
-        ->check(CLI::IsMember({8, 16, 32}));
+        ->check(CLI::IsMember({8, 16, 32}).description(""));
     command
         .add_option(
             "--png-compression", options->png_compression,

@@ -202,7 +202,8 @@ TEST_CASE("of an EXR's layers and parts those are read that are named so") {
 
     const auto named = [&](const ChannelNames& names) {
         const int count = static_cast<int>(names.names.size());
-        CHECK(read_image_header(path, count, names).channels == count);
+        const ImageHeader header = read_image_header(path, count, names);
+        CHECK(header.channels == count);
         const Pixels pixels = read_image(path, count, names);
         REQUIRE(pixels.channels == count);
         return std::vector<float>(pixels.values.end() - count, pixels.values.end());
