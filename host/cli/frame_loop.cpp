@@ -1,7 +1,6 @@
 #include "cli/frame_loop.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <future>
 #include <map>
@@ -36,18 +35,13 @@ struct Slot {
     SourceFrame frame;
     std::shared_ptr<Upscaler> upscaler;
     io::Pixels output, before;  // before: interpolated
+    io::Pixels alpha;           // of the output
     std::map<std::string, io::Pixels> views;
     FrameResult result;
     std::optional<FrameEvent> event;
     double seconds = 0;  // after the first frame
     std::shared_future<void> written;
 };
-
-/// What an 8-bit file holds of an image: it is measured as `clarus compare` will find it.
-io::Pixels in_steps_of_8_bits(io::Pixels pixels) {
-    for (float& value : pixels.values) value = std::floor((value > 0 ? std::min(value, 1.0f) : 0) * 255 + 0.5f) / 255;
-    return pixels;
-}
 
 class FrameLoop {
   public:
@@ -102,6 +96,7 @@ class FrameLoop {
         span.set_frame(frame->name);
         slot.index = index;
         slot.frame = std::move(*frame);
+        slot.alpha = {};
         slot.result = {};
         slot.result.name = slot.frame.name;
         slot.result.colors_without_numbers = slot.frame.colors_without_numbers;
@@ -138,6 +133,7 @@ class FrameLoop {
         slot.result.invalid_motion_vectors = slot.event->invalid_motion_vectors();
         slot.event.reset();
         if (interpolator_) interpolate(slot);
+        if (output_.alpha && !slot.frame.alpha.values.empty()) upscale_alpha(slot);
         slot.frame.hold.reset();
         const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
         if (slot.index != 0) seconds_ += slot.frame.seconds;
@@ -172,6 +168,11 @@ class FrameLoop {
         interpolator_->submit(frame).wait();
     }
 
+    void upscale_alpha(Slot& slot) {
+        const Trace::Span span(trace_, Trace::Track::main, "upscale alpha", slot.frame.name);
+        slot.alpha = output_.alpha->upscale(slot.frame.alpha, slot.frame.inputs);
+    }
+
     /// `before`: the frame before is written.
     void write(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
         const Trace::Span span(trace_, track, "write", slot.frame.name);
@@ -179,19 +180,18 @@ class FrameLoop {
             const auto display = [&](const io::Pixels& pixels) {
                 return metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
             };
-            const bool rounds = !output_.folder.empty() && output_.extension == ".png";
-            slot.result.quality = metrics::measure(display(rounds ? in_steps_of_8_bits(slot.output) : slot.output),
-                                                   display(slot.frame.reference));
+            // As `clarus compare` will find it.
+            const io::Pixels written = output_.folder.empty() ? slot.output : io::as_stored(slot.output, output_.type);
+            slot.result.quality = metrics::measure(display(written), display(slot.frame.reference));
         }
         if (output_.writer) encode(slot, track, before);
         if (output_.shared) share(slot, track, before);
         if (output_.folder.empty()) return;
-        const io::SampleType type = output_.extension == ".exr" ? io::SampleType::f32 : io::SampleType::u8;
         const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
             io::write_image(file, pixels, samples, output_.png_compression);
         };
-        save(slot.result.file, slot.output, type);
-        if (interpolator_ && slot.index != 0) save(output_.file_before(slot.frame.name), slot.before, type);
+        save(slot.result.file, with_alpha(slot.output, slot.alpha), output_.type);
+        if (interpolator_ && slot.index != 0) save(output_.file_before(slot.frame.name), slot.before, output_.type);
         for (const auto& [name, picture] : slot.views)
             save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);
     }
@@ -236,8 +236,9 @@ size_t frames_under_way(const Upscaler& upscaler, const FrameOutput& output) {
     const auto image = [](Size size, size_t channels) { return sizeof(float) * channels * size.width * size.height; };
     // Input is there twice: of as many frames to come.
     const size_t input = image(upscaler.render_size(), 6) + image(upscaler.output_size(), output.measure ? 3 : 0);
-    const size_t results =
-        image(upscaler.output_size(), 3) * (1 + output.interpolated) + image(output.view_size, 3) * output.views.size();
+    const size_t results = image(upscaler.output_size(), 3) * (1 + output.interpolated) +
+                           image(upscaler.output_size(), output.alpha ? 5 : 0) +
+                           image(output.view_size, 3) * output.views.size();
     const size_t cores = std::max(1u, std::thread::hardware_concurrency());
     return std::clamp<size_t>(memory / (2 * input + results), 2, cores + 1);
 }

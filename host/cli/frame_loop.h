@@ -10,6 +10,7 @@
 
 #include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
+#include "cli/alpha.h"
 #include "cli/frame_source.h"
 #include "cli/image_folder.h"
 #include "cli/shared_output.h"
@@ -22,7 +23,8 @@ namespace clarus::cli {
 /// What the loop leaves: pictures in a folder, a video, or frames in a stream.
 struct FrameOutput {
     std::filesystem::path folder;    // empty: no pictures are written
-    std::string extension;           // ".png": 8 bit; ".exr": 32-bit float
+    std::string extension;           // ".png" or ".exr"
+    io::SampleType type;             // of the pictures, one that the format holds
     ColorSpace color_space;          // of the frames
     std::vector<std::string> views;  // views/<name>/<frame>.png beside the frames
     Size view_size;                  // of their pictures: that of what the model makes
@@ -33,6 +35,7 @@ struct FrameOutput {
     std::filesystem::path video;     // in place of the folder: a file's, empty for a stream
     io::VideoWriter* writer = nullptr;
     SharedOutput* shared = nullptr;
+    AlphaUpscaler* alpha = nullptr;  // where pictures are to have the alpha that frames bring
 
     std::filesystem::path file(const std::string& frame) const { return writer ? video : folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }

@@ -40,6 +40,7 @@ std::optional<SourceFrame> SequenceSource::next() {
     frame.inputs = describe_frame(sequence_, files, *pixels);
     frame.colors_without_numbers = colors_without_numbers(pixels->color);
     frame.is_depth_beyond_far = is_beyond_far(pixels->depth);
+    frame.alpha = std::move(pixels->alpha);
     frame.reference = std::move(pixels->reference);
     frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;

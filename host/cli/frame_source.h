@@ -20,6 +20,7 @@ struct SourceFrame {
     FrameDescription inputs;            // all but the output
     size_t colors_without_numbers = 0;  // pixels, where they were read
     bool is_depth_beyond_far = false;   // most of it, where it was read
+    io::Pixels alpha;                   // 1 channel, render resolution; empty where there is none
     io::Pixels reference;               // 3 channels, output resolution; empty where there is none
     double seconds = 1.0 / 60;          // after the frame before it
     std::chrono::system_clock::time_point taken = std::chrono::system_clock::now();

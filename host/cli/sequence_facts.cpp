@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 #include "base/log.h"
-#include "io/image.h"
+#include "clarus/jitter.h"
+#include "cli/model_choice.h"
 
 namespace clarus::cli {
 namespace {
@@ -18,14 +21,29 @@ Vec2 largest_jitter(const io::Sequence& sequence) {
     return largest;
 }
 
+/// Whether jitter follows MNSS's pattern for this scale, from any place in it; anew after each cut.
+bool has_mnss_jitter(const std::vector<io::FrameFiles>& frames, int scale) {
+    constexpr int longest_period = 12;
+    constexpr float rounding = 0.001f;  // render pixels
+    const auto follows = [&](auto first, auto last, int place) {
+        return std::all_of(first, last, [&](const io::FrameFiles& frame) {
+            const Vec2 expected = mnss_jitter(place++, scale);
+            return std::abs(frame.jitter.x - expected.x) < rounding && std::abs(frame.jitter.y - expected.y) < rounding;
+        });
+    };
+    for (auto first = frames.begin(); first != frames.end();) {
+        const auto last = std::find_if(std::next(first), frames.end(), [](const auto& frame) { return frame.reset; });
+        int place = 0;
+        while (place < longest_period && !follows(first, last, place)) ++place;
+        if (place == longest_period) return false;
+        first = last;
+    }
+    return true;
+}
+
 }  // namespace
 
 void warn_of_facts(const io::Sequence& sequence, const Model& model) {
-    const io::FrameFiles& first = sequence.frames.front();
-    if (io::read_image_header(first.color).channels == 4)
-        log(LogLevel::warning, "{} has a fourth channel, alpha, which is not upscaled: the results have none",
-            first.color.string());
-
     const Vec2 jitter = largest_jitter(sequence);
     if (jitter == Vec2{}) return;
     const auto [width, height] = sequence.render_size;
@@ -36,10 +54,15 @@ void warn_of_facts(const io::Sequence& sequence, const Model& model) {
         log(LogLevel::warning,
             "the largest jitter is ({:g}, {:g}): jitter is in render pixels, and this looks like shares of the image",
             jitter.x, jitter.y);
-    else if (model.pipeline() == "srpo" || model.pipeline() == "stack")
+    else if (!takes_jitter_out(model))
         log(LogLevel::warning,
             "the frames are jittered, and {} does not take jitter out: results are shifted by it. It wants frames that "
             "are rendered without",
+            model.name());
+    else if (model.pipeline() == "mnss" && !has_mnss_jitter(sequence.frames, static_cast<int>(model.scale())))
+        log(LogLevel::warning,
+            "{} wants frames with MNSS's own pattern of jitter (docs/conventions.md, \"Jitter\"; `clarus render "
+            "--jitter mnss`), and these have another: results are less sharp",
             model.name());
 }
 

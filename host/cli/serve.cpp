@@ -64,8 +64,10 @@ void upscale(const ServeOptions& options, const OutputTarget& target, const Sink
     if (const std::vector<std::string>& unread = source.stream()->unread; !unread.empty())
         fmt::print("{}: no model reads {}, which the stream has\n", options.name, fmt::join(unread, ", "));
     std::fflush(stdout);
+    const bool linear = color_space == ColorSpace::linear;
     const FrameOutput output{.folder = target.folder,
-                             .extension = color_space == ColorSpace::linear ? ".exr" : ".png",
+                             .extension = linear ? ".exr" : ".png",
+                             .type = linear ? io::SampleType::f32 : io::SampleType::u8,
                              .color_space = color_space,
                              .views = {},
                              .view_size = {},

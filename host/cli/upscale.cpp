@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/log.h"
 #include "base/rounding.h"
+#include "cli/alpha.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/convention_watch.h"
@@ -37,6 +39,7 @@ namespace clarus::cli {
 namespace {
 
 enum class Format { png, exr };
+enum class Alpha { keep, drop };
 enum class FrameRate { as_rendered, doubled };
 
 const std::vector<std::string> only_list{"list"};  // --view list
@@ -48,6 +51,8 @@ struct UpscaleOptions {
     std::string device = "auto";
     UpscalerOptions settings;  // but for what the sequence says
     std::optional<Format> format;
+    std::optional<int> bits;
+    std::optional<Alpha> alpha;
     int png_compression = 1;
     std::optional<int> crf;
     FrameRate frame_rate = FrameRate::as_rendered;
@@ -70,6 +75,41 @@ Format output_format(const UpscaleOptions& options, const OutputTarget& target, 
     return format;
 }
 
+/// As exact as colour is, unless told. Errors: invalid_argument for bits that the format has not.
+io::SampleType output_type(const std::optional<int>& bits, Format format, const OutputTarget& target,
+                           const io::Sequence& sequence) {
+    if (bits && target.is_video())
+        fail(ErrorKind::invalid_argument, "--bits is of pictures; name a folder as --output, in place of {}",
+             target.video.string());
+    const bool png = format == Format::png;
+    if (bits && png && *bits == 32)
+        fail(ErrorKind::invalid_argument, "a PNG file holds 8 or 16 bits, not --bits 32; use --format exr");
+    if (bits && !png && *bits == 8)
+        fail(ErrorKind::invalid_argument,
+             "an EXR file holds halves (--bits 16) or floats (--bits 32), not --bits 8; use --format png");
+    const io::SampleType color = io::color_type(sequence);
+    const int usual = png ? (color == io::SampleType::u16 ? 16 : 8) : (color == io::SampleType::f16 ? 16 : 32);
+    const bool is_16 = bits.value_or(usual) == 16;
+    if (png) return is_16 ? io::SampleType::u16 : io::SampleType::u8;
+    return is_16 ? io::SampleType::f16 : io::SampleType::f32;
+}
+
+/// Whether results are to have alpha. Errors: invalid_argument where it is asked for and the output has no place for
+/// it.
+bool keeps_alpha(const UpscaleOptions& options, const OutputTarget& target, const io::Sequence& sequence) {
+    const char* without = target.is_video() ? "a video has no alpha"
+                          : options.frame_rate == FrameRate::doubled
+                              ? "frames in between (--frame-rate x2) have no alpha"
+                              : nullptr;
+    if (without && options.alpha == Alpha::keep)
+        fail(ErrorKind::invalid_argument, "{}; leave --alpha keep out", without);
+    if (options.alpha == Alpha::drop || !io::has_alpha(sequence)) return false;
+    if (!without) return true;
+    log(LogLevel::warning, "the sequence's colour has alpha, which the results have not: {}; --alpha drop says so",
+        without);
+    return false;
+}
+
 /// Rules name the upscaler's stages.
 InterpolatorOptions interpolator_options(const UpscalerOptions& settings) {
     InterpolatorOptions options = settings;
@@ -90,7 +130,8 @@ void check_views(const std::vector<std::string>& wanted, const std::vector<std::
 // Whatever can be known to fail does so here, before the first file is written.
 void prepare_folders(OutputFolders& folders, const UpscaleOptions& options, const FrameOutput& output,
                      Size output_size) {
-    const uintmax_t largest_frame = uintmax_t{3} * sizeof(float) * output_size.width * output_size.height;
+    const uintmax_t largest_frame =
+        uintmax_t{output.alpha ? 4u : 3u} * sizeof(float) * output_size.width * output_size.height;
     folders.require(output.writer ? folder_of(output.video) : output.folder, largest_frame);
     for (const std::string& view : output.views) folders.require(output.view_folder(view));
     const std::array figures{options.report, options.trace};
@@ -144,12 +185,16 @@ void upscale(const UpscaleOptions& options) {
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
     io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
+    std::optional<AlphaUpscaler> alpha;
+    if (keeps_alpha(options, target, sequence)) alpha.emplace(device, upscaler, model, settings);
+    const io::SampleType type = output_type(options.bits, format, target, sequence);
     warn_of_facts(sequence, model);
     const Size made = scaled(sequence.render_size, model.scale());
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);
     const FrameOutput output{target.folder,
                              format == Format::exr ? ".exr" : ".png",
+                             type,
                              sequence.color_space,
                              options.views,
                              made,
@@ -158,7 +203,9 @@ void upscale(const UpscaleOptions& options) {
                              options.png_compression,
                              settings.fallback,
                              target.video,
-                             video ? &*video : nullptr};
+                             video ? &*video : nullptr,
+                             nullptr,
+                             alpha ? &*alpha : nullptr};
     for (const io::FrameFiles& frame : sequence.frames) {
         upscaler.output_size(sequence.render_size_of(frame));
         if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
@@ -179,6 +226,7 @@ void upscale(const UpscaleOptions& options) {
         Progress progress("preparing");
         upscaler.prepare([&](double fraction) { progress.update(fraction); });
         if (interpolator) interpolator->prepare([&](double fraction) { progress.update(fraction); });
+        if (alpha) alpha->prepare([&](double fraction) { progress.update(fraction); });
     }
     const double prepare_seconds = seconds_since(start);
     if (options.explain_placement) print_placement(upscaler, device);
@@ -298,7 +346,13 @@ void add_upscale_command(CLI::App& app) {
         "alone, or the simplest ones, to check the others by");
     add_choice<std::optional<Format>, Format>(command, "--format", options->format,
                                               {{"png", Format::png}, {"exr", Format::exr}},
-                                              "8-bit png unless the sequence is linear HDR; exr holds 32-bit floats");
+                                              "png unless the sequence is linear HDR");
+    command
+        .add_option("--bits", options->bits,
+                    "Of a value in the pictures: 8 or 16 of png; 16, half, or 32, float, of exr. Unless told, 16 where "
+                    "the sequence's colour has 16 of that kind, else 8 of png and 32 of exr")
+        ->type_name("8|16|32")
+        ->check(CLI::IsMember({8, 16, 32}).description(""));
     command
         .add_option(
             "--png-compression", options->png_compression,
@@ -306,6 +360,10 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("LEVEL")
         ->check(CLI::Range(0, 9))
         ->capture_default_str();
+    add_choice<std::optional<Alpha>, Alpha>(
+        command, "--alpha", options->alpha, {{"keep", Alpha::keep}, {"drop", Alpha::drop}},
+        "Where the sequence's colour has alpha: upscaled by bicubic and kept, unless "
+        "told otherwise");
     add_choice<Antialiasing, Antialiasing>(command, "--antialias", options->settings.antialias,
                                            {{"mlaa", Antialiasing::mlaa}},
                                            "Antialias what the model shows, morphologically");
@@ -346,6 +404,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --output-size 2560x1440\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled.mp4 --crf 14\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled --bits 16\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
         "  clarus upscale photo.png --model espcn-x2 --output upscaled\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"

@@ -16,17 +16,21 @@ struct Expectation {
     Size size;     // {}: any
     int channels;  // at least
     const char* role;
+    int most = channels;  // that are read
+    ChannelNames named = {};
 };
 
 Expectation color_of(const Sequence& sequence, const FrameFiles& frame) {
-    return {sequence.render_size_of(frame), 3, "colour"};
+    return {sequence.render_size_of(frame), 3, "colour", 4, sequence.color_channels};
 }
 Expectation depth_of(const Sequence& sequence, const FrameFiles& frame) {
     const bool packed = sequence.depth_storage == DepthStorage::packed_rgba8;
-    return {sequence.render_size_of(frame), packed ? 4 : 1, packed ? "packed depth" : "depth"};
+    const int channels = packed ? 4 : 1;
+    return {sequence.render_size_of(frame), channels, packed ? "packed depth" : "depth", channels,
+            sequence.depth_channels};
 }
 Expectation motion_of(const Sequence& sequence, const FrameFiles& frame) {
-    return {sequence.render_size_of(frame), 2, "motion"};
+    return {sequence.render_size_of(frame), 2, "motion", 2, sequence.motion_channels};
 }
 Expectation reference_of(const Sequence& sequence) { return {sequence.output_size(), 3, "the reference"}; }
 
@@ -48,13 +52,27 @@ void check(const std::filesystem::path& path, const ImageHeader& image, const Ex
              expected.channels, expected.role);
 }
 
+/// Takes a fourth channel away.
+Pixels take_alpha(Pixels& color) {
+    if (color.channels != 4) return {};
+    Pixels alpha{color.size, 1, {}}, rest{color.size, 3, {}};
+    alpha.values.reserve(color.values.size() / 4);
+    rest.values.reserve(color.values.size() / 4 * 3);
+    for (size_t i = 0; i < color.values.size(); i += 4) {
+        rest.values.insert(rest.values.end(), &color.values[i], &color.values[i] + 3);
+        alpha.values.push_back(color.values[i + 3]);
+    }
+    color = std::move(rest);
+    return alpha;
+}
+
 void check_file(const std::filesystem::path& path, const Expectation& expected) {
-    if (!path.empty()) check(path, read_image_header(path), expected);
+    if (!path.empty()) check(path, read_image_header(path, expected.most, expected.named), expected);
 }
 
 Pixels read_checked(const std::filesystem::path& path, const Expectation& expected) {
     if (path.empty()) return {};
-    Pixels pixels = read_image(path, expected.channels);
+    Pixels pixels = read_image(path, expected.most, expected.named);
     check(path, {pixels.size, pixels.channels}, expected);
     return pixels;
 }
@@ -88,10 +106,21 @@ void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motio
     }
 }
 
+bool has_alpha(const Sequence& sequence) {
+    return std::any_of(sequence.frames.begin(), sequence.frames.end(), [&](const FrameFiles& frame) {
+        return read_image_header(frame.color, 4, sequence.color_channels).channels == 4;
+    });
+}
+
+SampleType color_type(const Sequence& sequence) {
+    return read_image_header(sequence.frames.front().color, 4, sequence.color_channels).type;
+}
+
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference) {
     const FrameFiles& files = sequence.frames.at(index);
     FramePixels pixels;
     pixels.color = read_checked(files.color, color_of(sequence, files));
+    pixels.alpha = take_alpha(pixels.color);
     if (want_motion) {
         pixels.depth = read_checked(files.depth, depth_of(sequence, files));
         if (sequence.depth_storage == DepthStorage::packed_rgba8) pixels.depth = unpack_depth(pixels.depth);

@@ -14,6 +14,12 @@ namespace clarus::io {
 /// depth or motion is refused where it is needed. Errors: file, naming the image.
 void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion);
 
+/// Whether some frame's colour has alpha. Opens images until one has. Errors: file.
+bool has_alpha(const Sequence& sequence);
+
+/// Of the first frame's colour. Errors: file.
+SampleType color_type(const Sequence& sequence);
+
 /// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
 /// (Packed depth is unpacked.) Empty where not asked for or not there.
 struct FramePixels {
@@ -21,6 +27,7 @@ struct FramePixels {
     Pixels depth;                                 // 1
     Pixels motion;                                // 2
     Pixels reference;                             // 3, output resolution
+    Pixels alpha{};                               // 1, the colour's; as stored
     Pixels reactive_mask{}, transparency_mask{};  // 1, render resolution
 };
 

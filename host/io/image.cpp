@@ -1,5 +1,9 @@
 #include "io/image.h"
 
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "base/module.h"
@@ -13,10 +17,24 @@ const ImageModule& image_module() {
     return module;
 }
 
-ImageHeader read_image_header(const std::filesystem::path& path) { return image_module().read_header(path); }
+ImageHeader read_image_header(const std::filesystem::path& path, int most_channels, const ChannelNames& named) {
+    return image_module().read_header(path, most_channels, named);
+}
 
-Pixels read_image(const std::filesystem::path& path, int most_channels) {
-    return image_module().read(path, most_channels);
+Pixels read_image(const std::filesystem::path& path, int most_channels, const ChannelNames& named) {
+    return image_module().read(path, most_channels, named);
+}
+
+Pixels as_stored(Pixels pixels, SampleType type) {
+    const auto in_steps = [&](float top) {
+        for (float& value : pixels.values)
+            value = std::floor((value > 0 ? std::min(value, 1.0f) : 0) * top + 0.5f) / top;
+    };
+    if (type == SampleType::u8) in_steps(255);
+    if (type == SampleType::u16) in_steps(65535);
+    if (type == SampleType::f16)
+        for (float& value : pixels.values) value = Imath::half(value);
+    return pixels;
 }
 
 std::vector<unsigned char> encode_image(const std::filesystem::path& name, const Pixels& pixels, SampleType type,

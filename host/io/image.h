@@ -23,19 +23,38 @@ struct Pixels {
     }
 };
 
+/// How a file holds a channel's values.
+enum class SampleType { u8, u16, f16, f32 };
+
 struct ImageHeader {
     Size size;
     int channels = 0;
+    SampleType type = SampleType::u8;  // the nearest to the file's own that holds all of its values
 };
 
-/// What a file says of itself, without its pixels. Errors: file, naming it.
-ImageHeader read_image_header(const std::filesystem::path& path);
+/// The channels that are meant, of a file that has more. Without names they are chosen by those that renderers give.
+struct ChannelNames {
+    std::string part;                // of a multi-part OpenEXR file; any where it is empty
+    std::vector<std::string> names;  // as the file has them, in the order in which they are read: "ViewLayer.Vector.X"
 
-/// Any format that OpenImageIO reads; of its channels the first `most_channels`. Alpha is left as stored (not
-/// multiplied in). Errors: file, naming it.
-Pixels read_image(const std::filesystem::path& path, int most_channels = std::numeric_limits<int>::max());
+    bool operator==(const ChannelNames&) const = default;
+};
 
-enum class SampleType { u8, u16, f16, f32 };
+constexpr int all_channels = std::numeric_limits<int>::max();
+
+/// What read_image would give, without the pixels. Errors: read_image's.
+ImageHeader read_image_header(const std::filesystem::path& path, int most_channels = all_channels,
+                              const ChannelNames& named = {});
+
+/// Any format that OpenImageIO reads; of its channels at most so many. Of an OpenEXR file that has more, one is depth,
+/// two are motion, three are colour, and four are colour with its alpha, or three where it has none; of other files the
+/// first are read, unless they are named. Alpha is left as stored (not multiplied in). Errors: file, naming it; where
+/// it has not the named channels, or several may be meant, with all that it has.
+Pixels read_image(const std::filesystem::path& path, int most_channels = all_channels, const ChannelNames& named = {});
+
+/// The values that a file of these samples gives back: u8 and u16 clamp to [0, 1], NaN to 0, and round to nearest; f16
+/// rounds to nearest even.
+Pixels as_stored(Pixels pixels, SampleType type);
 
 /// zlib's own default. 1 takes a quarter of the time, for files about a tenth larger.
 constexpr int default_png_compression = 6;

@@ -13,8 +13,9 @@ namespace clarus::io {
 class ImageModule {
   public:
     // read_image_header, read_image and encode_image of io/image.h.
-    virtual ImageHeader read_header(const std::filesystem::path& path) const = 0;
-    virtual Pixels read(const std::filesystem::path& path, int most_channels) const = 0;
+    virtual ImageHeader read_header(const std::filesystem::path& path, int most_channels,
+                                    const ChannelNames& named) const = 0;
+    virtual Pixels read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const = 0;
     virtual std::vector<unsigned char> encode(const std::filesystem::path& name, const Pixels& pixels, SampleType type,
                                               int png_compression) const = 0;
 

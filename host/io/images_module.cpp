@@ -74,6 +74,13 @@ std::vector<std::byte> quantised(std::span<const float> values) {
     return bytes;
 }
 
+/// Of whole numbers of more than 16 bits, and of doubles, what is read is floats.
+SampleType sample_type(OIIO::TypeDesc format) {
+    if (format == OIIO::TypeDesc::HALF) return SampleType::f16;
+    if (format == OIIO::TypeDesc::UINT16 || format == OIIO::TypeDesc::INT16) return SampleType::u16;
+    return format.size() == 1 ? SampleType::u8 : SampleType::f32;
+}
+
 OIIO::TypeDesc file_type(SampleType type) {
     switch (type) {
         case SampleType::u8:
@@ -94,11 +101,19 @@ OIIO::ImageBuf wrap(const Pixels& pixels) {
             const_cast<float*>(pixels.values.data())};
 }
 
-/// A channel of an OpenEXR file: "ViewLayer.Vector.X" is x of the layer viewlayer.vector.
+/// A channel of a file: "ViewLayer.Vector.X" is x of the layer viewlayer.vector.
 struct Channel {
     int part, place;
-    std::string name, layer, kind;
+    std::string part_name, name, layer, kind;
 };
+
+std::string listing(const std::vector<Channel>& channels) {
+    std::string names;
+    for (const Channel& channel : channels)
+        names +=
+            (names.empty() ? "" : ", ") + (channel.part_name.empty() ? "" : channel.part_name + ":") + channel.name;
+    return names;
+}
 
 std::string in_lower_case(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -121,7 +136,7 @@ std::vector<Channel> channels_of(OIIO::ImageInput& input) {
             const std::string& name = spec.channelnames[place];
             const size_t dot = name.rfind('.');
             const bool is_in_layer = dot != std::string::npos;
-            channels.push_back({part, place, several ? part_name + ":" + name : name,
+            channels.push_back({part, place, part_name, name,
                                 in_lower_case(is_in_layer ? name.substr(0, dot) : part_name),
                                 in_lower_case(is_in_layer ? name.substr(dot + 1) : name)});
         }
@@ -148,8 +163,8 @@ const Role* role_of(int channels) {
 
 /// Which channels of a file that has more than are wanted; none where no name tells. Errors: file, where several layers
 /// may be meant.
-std::optional<std::vector<Channel>> chosen_channels(const std::vector<Channel>& channels, int most,
-                                                    const std::filesystem::path& path) {
+std::optional<std::vector<Channel>> channels_by_role(const std::vector<Channel>& channels, int most,
+                                                     const std::filesystem::path& path) {
     const Role* role = role_of(most);
     if (!role || channels.size() <= static_cast<size_t>(most)) return std::nullopt;
     const auto has_word = [&](const std::string& layer) {
@@ -178,14 +193,65 @@ std::optional<std::vector<Channel>> chosen_channels(const std::vector<Channel>& 
         const Layers layers = layers_of(kinds);
         if (layers.size() == 1) return layers.begin()->second;
         if (layers.empty()) continue;
-        std::string names;
-        for (const Channel& channel : channels) names += (names.empty() ? "" : ", ") + channel.name;
-        fail(ErrorKind::file,
-             "cannot read image {}: which of its channels are {}? There are {}. Write those that are meant into a file "
-             "of their own",
-             path.string(), role->name, names);
+        fail(
+            ErrorKind::file,
+            "cannot read image {}: which of its channels are {}? There are {}. Name those that are meant as `channels` "
+            "in the sequence's JSON (docs/formats.md), or write them into a file of their own",
+            path.string(), role->name, listing(channels));
     }
     return std::nullopt;
+}
+
+/// With the alpha of the same layer, where it has one.
+std::optional<std::vector<Channel>> color_with_alpha(const std::vector<Channel>& channels,
+                                                     const std::filesystem::path& path) {
+    auto color = channels_by_role(channels, 3, path);
+    if (!color) return std::nullopt;
+    const Channel& red = color->front();
+    const auto alpha = std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) {
+        return channel.kind == "a" && channel.part == red.part && channel.layer == red.layer;
+    });
+    if (alpha != channels.end()) color->push_back(*alpha);
+    return color;
+}
+
+/// Errors: file, where there are no such channels, or several of them.
+std::vector<Channel> channels_by_name(const std::vector<Channel>& channels, const std::vector<std::string>& names,
+                                      const std::filesystem::path& path) {
+    std::map<int, std::vector<Channel>> found;  // in each part
+    for (const std::string& name : names) {
+        bool is_there = false;
+        for (const Channel& channel : channels)
+            if (channel.name == name) found[channel.part].push_back(channel), is_there = true;
+        if (!is_there)
+            fail(ErrorKind::file, "cannot read image {}: it has no channel {}; there are {}", path.string(), name,
+                 listing(channels));
+    }
+    std::erase_if(found, [&](const auto& part) { return part.second.size() != names.size(); });
+    if (found.size() != 1)
+        fail(ErrorKind::file, "cannot read image {}: {} has all of the named channels; there are {}", path.string(),
+             found.empty() ? "no part" : "more than one `part`", listing(channels));
+    return found.begin()->second;
+}
+
+/// What to read; none: the first channels. Errors: file, for what is not there, or may be several.
+std::optional<std::vector<Channel>> chosen_channels(OIIO::ImageInput& input, int most, const ChannelNames& named,
+                                                    const std::filesystem::path& path) {
+    const bool is_named = named != ChannelNames{};
+    if (!is_named && std::string_view(input.format_name()) != "openexr") return std::nullopt;
+    std::vector<Channel> channels = channels_of(input);
+    if (!named.part.empty()) {
+        const std::string all = listing(channels);
+        std::erase_if(channels, [&](const Channel& channel) { return channel.part_name != named.part; });
+        if (channels.empty())
+            fail(ErrorKind::file, "cannot read image {}: it has no part {} of the first one's pixels; there are {}",
+                 path.string(), named.part, all);
+    }
+    if (!named.names.empty()) return channels_by_name(channels, named.names, path);
+    auto chosen = most == 4 ? color_with_alpha(channels, path) : channels_by_role(channels, most, path);
+    if (chosen || !is_named) return chosen;
+    channels.resize(std::min(channels.size(), static_cast<size_t>(most)));
+    return channels;
 }
 
 /// All of one layer.
@@ -220,28 +286,34 @@ Pixels part_of(const Pixels& pixels, const Window& window) {
 
 class OpenImageIo final : public ImageModule {
   public:
-    ImageHeader read_header(const std::filesystem::path& path) const override;
-    Pixels read(const std::filesystem::path& path, int most_channels) const override;
+    ImageHeader read_header(const std::filesystem::path& path, int most_channels,
+                            const ChannelNames& named) const override;
+    Pixels read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const override;
     std::vector<unsigned char> encode(const std::filesystem::path& path, const Pixels& pixels, SampleType type,
                                       int png_compression) const override;
     Pixels resize(const Pixels& pixels, Size size, Filter filter) const override;
     void write_text(Pixels& pixels, int x, int y, const std::string& text, int height) const override;
 };
 
-ImageHeader OpenImageIo::read_header(const std::filesystem::path& path) const {
+ImageHeader OpenImageIo::read_header(const std::filesystem::path& path, int most_channels,
+                                     const ChannelNames& named) const {
     const auto input = open(path);
-    const Window shown = shown_window(*input);
-    return {{shown.width, shown.height}, input->spec().nchannels};
+    const OIIO::ImageSpec spec = input->spec();
+    const auto [x, y, width, height] = shown_window(*input);
+    const auto chosen = chosen_channels(*input, most_channels, named, path);
+    if (!chosen) return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format)};
+    input->seek_subimage(chosen->front().part, 0);
+    return {{width, height},
+            static_cast<int>(chosen->size()),
+            sample_type(input->spec().channelformat(chosen->front().place))};
 }
 
-Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels) const {
+Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const {
     const auto input = open(path);
     const OIIO::ImageSpec spec = input->spec();
     Pixels pixels{{spec.width, spec.height}, std::min(spec.nchannels, most_channels), {}};
-    std::vector<Channel> channels;
-    if (std::string_view(input->format_name()) == "openexr") channels = channels_of(*input);
     bool is_read = false;
-    if (const auto chosen = chosen_channels(channels, most_channels, path)) {
+    if (const auto chosen = chosen_channels(*input, most_channels, named, path)) {
         pixels.channels = static_cast<int>(chosen->size());
         is_read = read_channels(*input, *chosen, pixels);
     } else {

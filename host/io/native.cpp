@@ -25,10 +25,12 @@ constexpr std::array further_images{"reactive", "transparency",    "opaque_color
 
 // What objects of docs/formats.md may hold.
 using Names = std::string_view;
-constexpr std::array root_fields = std::to_array<Names>(
-    {"version", "render_size", "scale", "output_size", "frame_rate", "color_space", "depth", "motion", "frames"});
-constexpr std::array depth_fields = std::to_array<Names>({"encoding", "reversed", "near", "far"});
-constexpr std::array motion_fields = std::to_array<Names>({"unit", "direction", "y", "jittered", "sampled_at"});
+constexpr std::array root_fields = std::to_array<Names>({"version", "render_size", "scale", "output_size", "frame_rate",
+                                                         "color_space", "color", "depth", "motion", "frames"});
+constexpr std::array color_fields = std::to_array<Names>({"channels", "part"});
+constexpr std::array depth_fields = std::to_array<Names>({"encoding", "reversed", "near", "far", "channels", "part"});
+constexpr std::array motion_fields =
+    std::to_array<Names>({"unit", "direction", "y", "jittered", "sampled_at", "channels", "part"});
 constexpr std::array camera_fields = std::to_array<Names>({"view", "projection", "near", "far", "fov_y"});
 constexpr std::array frame_fields =
     std::to_array<Names>({"color", "depth", "motion", "jitter", "reset", "exposure", "render_size", "reference",
@@ -79,8 +81,25 @@ std::pair<float, float> read_planes(const JsonNode& node) {
     return {near, far.positive()};
 }
 
+/// `fewest` to `most` of them.
+ChannelNames read_channel_names(const JsonNode& node, size_t fewest, size_t most) {
+    ChannelNames named;
+    if (const auto part = node.find("part"); part && (named.part = part->text()).empty())
+        part->refuse("the name of a part");
+    const auto channels = node.find("channels");
+    if (!channels) return named;
+    for (const JsonNode& name : channels->items()) named.names.push_back(name.text());
+    const bool repeats = std::set(named.names.begin(), named.names.end()).size() != named.names.size();
+    if (named.names.size() < fewest || named.names.size() > most || repeats)
+        channels->refuse(most == 1   ? "a list of one channel's name"
+                         : most == 2 ? "a list of two different channels' names"
+                                     : "a list of three or four different channels' names");
+    return named;
+}
+
 void read_depth(const JsonNode& node, Sequence& sequence) {
     node.allow_members(depth_fields);
+    sequence.depth_channels = read_channel_names(node, 1, 1);
     if (const auto encoding = node.find("encoding"))
         sequence.depth.projective = encoding->choice<bool>({{"linear", false}, {"projective", true}});
     const auto reversed = node.find("reversed");
@@ -190,7 +209,14 @@ Sequence read_native(const std::filesystem::path& description) {
         return std::ranges::any_of(sequence.frames, [&](const FrameFiles& frame) { return !(frame.*file).empty(); });
     };
     if (some_frame_has(&FrameFiles::depth)) read_depth(root["depth"], sequence);
-    if (some_frame_has(&FrameFiles::motion)) sequence.motion = read_motion_convention(root["motion"]);
+    if (some_frame_has(&FrameFiles::motion)) {
+        sequence.motion = read_motion_convention(root["motion"]);
+        sequence.motion_channels = read_channel_names(root["motion"], 2, 2);
+    }
+    if (const auto color = root.find("color")) {
+        color->allow_members(color_fields);
+        sequence.color_channels = read_channel_names(*color, 3, 4);
+    }
     return sequence;
 }
 
@@ -273,6 +299,13 @@ void write_sequence(const Sequence& sequence, const std::filesystem::path& folde
         json["depth"]["near"] = sequence.frames.front().near_plane;
         json["depth"]["far"] = far_or_null(sequence.frames.front().far_plane);
     }
+    const auto name_channels = [&](const char* role, const ChannelNames& named) {
+        if (!named.part.empty()) json[role]["part"] = named.part;
+        if (!named.names.empty()) json[role]["channels"] = named.names;
+    };
+    name_channels("color", sequence.color_channels);
+    name_channels("depth", sequence.depth_channels);
+    name_channels("motion", sequence.motion_channels);
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());

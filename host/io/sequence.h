@@ -44,6 +44,7 @@ struct Sequence {
     DepthEncoding depth;
     DepthStorage depth_storage = DepthStorage::first_channel;
     MotionConvention motion;
+    ChannelNames color_channels, depth_channels, motion_channels;  // of the frames' images, not of references
     std::optional<Size> shown_size;  // of the display, where it is not render_size times scale
     std::vector<FrameFiles> frames;
     bool is_described = true;  // false: images alone, of whose frames no more is known

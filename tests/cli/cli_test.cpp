@@ -24,6 +24,7 @@
 
 #include "cache_folder.h"
 #include "clarus/error.h"
+#include "clarus/jitter.h"
 #include "cli/output_folder.h"
 #include "cli/quality_text.h"
 #include "io/file.h"
@@ -248,6 +249,111 @@ TEST_CASE("upscale of linear HDR writes linear EXR and refuses PNG") {
     CHECK(place.outputs() == std::set<std::string>{"0000.exr", "0001.exr", "0002.exr", "0003.exr"});
     const io::Pixels image = io::read_image(place.output() / "0000.exr");
     CHECK(*std::max_element(image.values.begin(), image.values.end()) > 2);
+}
+
+TEST_CASE("pictures are as exact as the sequence's colour, unless told") {
+    const Workplace place;
+    const auto picture = [&](const std::vector<std::string>& options) {
+        REQUIRE(place.upscale("bicubic", options).exit_code == 0);
+        return place.output() / (std::count(options.begin(), options.end(), "exr") ? "0000.exr" : "0000.png");
+    };
+    const auto type = [&](const std::vector<std::string>& options) {
+        return io::read_image_header(picture(options)).type;
+    };
+    const auto in_steps = [](const io::Pixels& pixels) {
+        std::vector<long> steps;
+        for (const float value : pixels.values) steps.push_back(std::lround(value * 65535));
+        return steps;
+    };
+    const io::Pixels exact = io::read_image(picture({"--format", "exr"}));
+    CHECK(type({}) == io::SampleType::u8);
+    CHECK(type({"--format", "exr"}) == io::SampleType::f32);
+    CHECK(type({"--bits", "16"}) == io::SampleType::u16);
+    CHECK(in_steps(io::read_image(place.output() / "0000.png")) == in_steps(io::as_stored(exact, io::SampleType::u16)));
+    CHECK(type({"--format", "exr", "--bits", "16"}) == io::SampleType::f16);
+    CHECK(io::read_image(place.output() / "0000.exr").values == io::as_stored(exact, io::SampleType::f16).values);
+
+    io::write_image(place.sequence() / "color/0000.png", noise(render_size, 3, 0, 1, 1), io::SampleType::u16);
+    CHECK(type({}) == io::SampleType::u16);
+    CHECK(type({"--bits", "8"}) == io::SampleType::u8);
+    CHECK(type({"--format", "exr"}) == io::SampleType::f32);
+
+    const Workplace linear(ColorSpace::linear);
+    io::write_image(linear.sequence() / "color/0000.exr", noise(render_size, 3, 0, 5, 1), io::SampleType::f16);
+    REQUIRE(linear.upscale("bicubic").exit_code == 0);
+    CHECK(io::read_image_header(linear.output() / "0000.exr").type == io::SampleType::f16);
+    REQUIRE(linear.upscale("bicubic", {"--bits", "32"}).exit_code == 0);
+    CHECK(io::read_image_header(linear.output() / "0000.exr").type == io::SampleType::f32);
+}
+
+TEST_CASE("bits that a format has not are refused") {
+    const Workplace place;
+    check_refused(place, place.upscale("bicubic", {"--bits", "32"}), "use --format exr");
+    check_refused(place, place.upscale("bicubic", {"--format", "exr", "--bits", "8"}), "use --format png");
+    CHECK(contains(place.upscale("bicubic", {"--bits", "12"}).err, "--bits"));
+}
+
+TEST_CASE("alpha is upscaled as bicubic upscales a grey colour, and kept unless told") {
+    // Frame 0 has noise for alpha, frame 1 has none, frame 2 is opaque.
+    const auto set_jitter = [](const Workplace& place, Vec2 jitter) {
+        json changed = place.description();
+        for (json& frame : changed["frames"]) frame["jitter"] = {jitter.x, jitter.y};
+        place.describe(changed);
+    };
+    const auto save = [](const Workplace& place, const char* name, const io::Pixels& pixels) {
+        io::write_image(place.sequence() / "color" / name, pixels, io::SampleType::u8);
+    };
+    const Workplace with, without, grey;
+    io::Pixels color = noise(render_size, 4, 0, 1, 1), rest{render_size, 3, {}}, mask{render_size, 3, {}};
+    for (size_t i = 0; i < color.values.size(); i += 4) {
+        rest.values.insert(rest.values.end(), &color.values[i], &color.values[i] + 3);
+        mask.values.insert(mask.values.end(), 3, color.values[i + 3]);
+    }
+    save(with, "0000.png", color);
+    save(without, "0000.png", rest);
+    save(grey, "0000.png", mask);
+    for (size_t i = 3; i < color.values.size(); i += 4) color.values[i] = 1;
+    save(with, "0002.png", color);
+    save(without, "0002.png", rest);
+    const auto upscaled = [](const Workplace& place, const std::string& model, const char* name,
+                             std::vector<std::string> more = {}) {
+        more.insert(more.end(), {"--format", "exr"});
+        const Outcome outcome = place.upscale(model, more);
+        REQUIRE_MESSAGE(outcome.exit_code == 0, outcome.err);
+        return io::read_image(place.output() / name);
+    };
+    const auto check = [&](const std::string& model) {
+        const io::Pixels result = upscaled(with, model, "0000.exr");
+        const io::Pixels opaque = io::read_image(with.output() / "0002.exr");
+        CHECK(io::read_image_header(with.output() / "0001.exr").channels == 3);
+        const io::Pixels colors = upscaled(without, model, "0000.exr"), alpha = upscaled(grey, "bicubic", "0000.exr");
+        REQUIRE(result.channels == 4);
+        REQUIRE(opaque.channels == 4);
+        REQUIRE(result.size == output_size);
+        size_t wrong = 0;
+        for (size_t i = 0; i < result.values.size() / 4; ++i) {
+            for (size_t c = 0; c < 3; ++c) wrong += result.values[4 * i + c] != colors.values[3 * i + c];
+            wrong += result.values[4 * i + 3] != std::clamp(alpha.values[3 * i], 0.0f, 1.0f);
+            wrong += opaque.values[4 * i + 3] != 1;
+        }
+        CHECK(wrong == 0);
+    };
+    for (const Workplace* place : {&with, &without, &grey}) set_jitter(*place, {0.25f, -0.125f});
+    check("bicubic");
+    set_jitter(grey, {});  // as a model that does not take jitter out
+    check(CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors");
+
+    CHECK(with.upscale("bicubic").err == "");
+    CHECK(io::read_image_header(with.output() / "0000.png").channels == 4);
+    CHECK(with.upscale("bicubic", {"--alpha", "drop"}).err == "");
+    CHECK(io::read_image_header(with.output() / "0000.png").channels == 3);
+    const Outcome doubled = with.upscale("bicubic", {"--frame-rate", "x2"});
+    CHECK_MESSAGE(contains(doubled.err, "frames in between (--frame-rate x2) have no alpha"), doubled.err);
+    CHECK(io::read_image_header(with.output() / "0000.png").channels == 3);
+    CHECK(with.upscale("bicubic", {"--frame-rate", "x2", "--alpha", "drop"}).err == "");
+    const Outcome refused = with.upscale("bicubic", {"--frame-rate", "x2", "--alpha", "keep"});
+    CHECK(refused.exit_code == 1);
+    CHECK_MESSAGE(contains(refused.err, "leave --alpha keep out"), refused.err);
 }
 
 TEST_CASE("a filter takes any scale") {
@@ -736,11 +842,19 @@ TEST_CASE("what a sequence hardly means is told, once") {
     json jittered = description;
     for (json& frame : jittered["frames"]) frame["jitter"] = {0.25, -0.25};
     told(jittered, CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors", "does not take jitter out");
-    const fs::path color = place.sequence() / description["frames"][0]["color"].get<std::string>();
-    const io::Pixels opaque = io::read_image(color);
-    io::write_image(color, noise(render_size, 4, 0, 1, 1), io::SampleType::u8);
-    told(description, "bicubic", "alpha, which is not upscaled");
-    io::write_image(color, opaque, io::SampleType::u8);
+    const std::string mnss = CLARUS_GOLDEN_DIR "/mnss_x2.model.safetensors";
+    place.upscale(mnss);  // now compilers have said what they have to say
+    told(jittered, mnss, "MNSS's own pattern of jitter");
+    json pattern = description;
+    const std::array places{7, 8, 0, 1};  // anew after a cut
+    pattern["frames"][2]["reset"] = true;
+    for (size_t i = 0; i < frame_count; ++i) {
+        const Vec2 jitter = mnss_jitter(places[i], 2);
+        pattern["frames"][i]["jitter"] = {jitter.x, jitter.y};
+    }
+    place.describe(pattern);
+    CHECK(place.upscale(mnss).err == "");
+    place.describe(description);
     for (const json& frame : description["frames"])
         io::write_image(place.sequence() / frame["depth"].get<std::string>(), noise(render_size, 1, 5, 50, 1),
                         io::SampleType::f32);
@@ -751,12 +865,17 @@ TEST_CASE("what a sequence hardly means is told, once") {
 TEST_CASE("upscale and compare have the same figures of the same files") {
     const Workplace place;
     const fs::path report = place / "report.json";
-    REQUIRE(place.upscale("bicubic", {"--report", report.string()}).exit_code == 0);
-    const json by_upscale = json::parse(io::read_file(report))["quality"];
-    const json by_compare =
-        json::parse(run_tool({"compare", place.output().string(), place.sequence().string(), "--json"}).out);
-    for (const char* figure : {"psnr", "pooled_psnr", "ssim"})
-        CHECK(by_upscale[figure].get<double>() == doctest::Approx(by_compare[figure].get<double>()).epsilon(1e-6));
+    for (const auto& options : {std::vector<std::string>{}, {"--bits", "16"}, {"--format", "exr", "--bits", "16"}}) {
+        fs::remove_all(place.output());
+        std::vector<std::string> all{"--report", report.string()};
+        all.insert(all.end(), options.begin(), options.end());
+        REQUIRE(place.upscale("bicubic", all).exit_code == 0);
+        const json by_upscale = json::parse(io::read_file(report))["quality"];
+        const json by_compare =
+            json::parse(run_tool({"compare", place.output().string(), place.sequence().string(), "--json"}).out);
+        for (const char* figure : {"psnr", "pooled_psnr", "ssim"})
+            CHECK(by_upscale[figure].get<double>() == doctest::Approx(by_compare[figure].get<double>()).epsilon(1e-6));
+    }
 }
 
 TEST_CASE("compare prints the metrics of the files") {

@@ -103,6 +103,8 @@ TEST_CASE("what does not go with a video is refused before anything is written")
     const Workplace place;
     check_refused(place, place.upscale("video.mp4", {"--view", "x"}), "--view is of pictures");
     check_refused(place, place.upscale("video.mp4", {"--format", "exr"}), "--format is of pictures");
+    check_refused(place, place.upscale("video.mp4", {"--bits", "16"}), "--bits is of pictures");
+    check_refused(place, place.upscale("video.mp4", {"--alpha", "keep"}), "a video has no alpha");
     check_refused(place, place.upscale("video.mp4", {"--crf", "52"}), "--crf 52 is not from 0 to 51");
     check_refused(place, place.upscale("pictures", {"--crf", "20"}), "--crf is of videos");
     check_refused(place, place.upscale("sequence/color/video.mp4"), "would lie among the sequence's own files");

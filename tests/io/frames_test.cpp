@@ -79,6 +79,44 @@ TEST_CASE("a frame holds what was asked for") {
     CHECK(color.reference.values.empty());
 }
 
+TEST_CASE("a frame's alpha is apart from its colour") {
+    Recording recording;
+    CHECK_FALSE(has_alpha(recording.sequence));
+    CHECK(read_frame(recording.sequence, 2, false, false).alpha.values.empty());
+    Pixels color = constant(render_size, 4, 0.2f);
+    color.at(3, 1, 3) = 0.6f;
+    write_image(recording.sequence.frames[2].color, color, SampleType::u16);
+    CHECK(has_alpha(recording.sequence));
+    CHECK(color_type(recording.sequence) == SampleType::u8);  // of the first
+    const FramePixels pixels = read_frame(recording.sequence, 2, false, false);
+    CHECK(pixels.color.channels == 3);
+    CHECK(pixels.color.values.size() == size_t{3} * render_size.width * render_size.height);
+    CHECK(pixels.color.at(7, 3, 2) == doctest::Approx(0.2f));
+    CHECK(pixels.alpha.channels == 1);
+    CHECK(pixels.alpha.at(3, 1, 0) == doctest::Approx(0.6f));
+    CHECK(pixels.alpha.at(4, 1, 0) == doctest::Approx(0.2f));
+}
+
+TEST_CASE("channels are those that the sequence names") {
+    Recording recording;
+    Pixels both = constant(render_size, 3, 0);
+    both.at(5, 2, 0) = 0.25f, both.at(5, 2, 1) = 1.5f, both.at(5, 2, 2) = -2.5f;
+    for (FrameFiles& frame : recording.sequence.frames) {
+        write_image(recording.folder / "both.exr", both, SampleType::f32);
+        frame.depth = frame.motion = recording.folder / "both.exr";
+    }
+    recording.sequence.depth_channels.names = {"R"};
+    recording.sequence.motion_channels.names = {"B", "G"};
+    recording.sequence.color_channels.names = {"B", "G", "R"};
+    CHECK(check_message(recording.sequence) == "no error");
+    const FramePixels pixels = read_frame(recording.sequence, 1, true, false);
+    CHECK(pixels.depth.at(5, 2, 0) == 0.25f);
+    CHECK(pixels.motion.at(5, 2, 0) == -2.5f);
+    CHECK(pixels.motion.at(5, 2, 1) == 1.5f);
+    recording.sequence.depth_channels.names = {"Z"};
+    CHECK(check_message(recording.sequence) == Contains("both.exr: it has no channel Z; there are R, G, B"));
+}
+
 TEST_CASE("the check before a run finds every image that does not fit") {
     Recording recording;
     Sequence& sequence = recording.sequence;

@@ -190,6 +190,59 @@ TEST_CASE("of an EXR's layers and parts those are read that are named so") {
 
     write({{"", {"diffuse.R", "diffuse.G", "diffuse.B", "glossy.R", "glossy.G", "glossy.B"}}});
     CHECK_THROWS_WITH_AS(read(3), Contains("which of its channels are colour? There are diffuse.R, diffuse.G"), Error);
+    CHECK_THROWS_WITH_AS(read_image_header(path, 3), Contains("which of its channels are colour?"), Error);
+
+    // Colour and its alpha.
+    write({{"", {"R", "G", "B", "A", "Z"}}});
+    CHECK(read(4) == Values{0, 1, 2, 3});
+    CHECK(read_image_header(path, 4).channels == 4);
+    write({{"", {"R", "G", "B", "Z"}}});
+    CHECK(read_image_header(path, 4).channels == 3);
+    CHECK(read_image(path, 4).channels == 3);
+
+    const auto named = [&](const ChannelNames& names) {
+        const int count = static_cast<int>(names.names.size());
+        const ImageHeader header = read_image_header(path, count, names);
+        CHECK(header.channels == count);
+        const Pixels pixels = read_image(path, count, names);
+        REQUIRE(pixels.channels == count);
+        return std::vector<float>(pixels.values.end() - count, pixels.values.end());
+    };
+    write({{"", {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B", "b.A"}}});
+    CHECK(named({"", {"b.R", "b.G", "b.B"}}) == Values{3, 4, 5});
+    CHECK(named({"", {"b.B", "b.G", "a.R", "b.A"}}) == Values{5, 4, 0, 6});
+    CHECK_THROWS_WITH_AS(named({"", {"c.R"}}), Contains("it has no channel c.R; there are a.R, a.G"), Error);
+    write({{"normal", {"X", "Y", "Z"}}, {"flow", {"X", "Y"}}, {"distance", {"T", "Z"}}});
+    CHECK_THROWS_WITH_AS(named({"", {"X", "Y"}}), Contains("more than one `part` has all"), Error);
+    CHECK_THROWS_WITH_AS(named({"", {"X", "T"}}), Contains("no part has all"), Error);
+    CHECK(named({"flow", {"Y", "X"}}) == Values{4, 3});
+    CHECK(read_image(path, 2, {"flow", {}}).at(2, 1, 1) == 4);
+    CHECK(read_image(path, 1, {"distance", {}}).at(2, 1, 0) == 6);
+    CHECK_THROWS_WITH_AS(named({"velocity", {"X"}}), Contains("it has no part velocity"), Error);
+
+    const std::filesystem::path png = folder / "picture.png";
+    const Pixels picture = test_image({16, 9}, 3);
+    write_image(png, picture, SampleType::u8);
+    const Pixels reversed = read_image(png, 3, {"", {"B", "G", "R"}}), as_is = read_image(png);
+    for (int c = 0; c < 3; ++c) CHECK(reversed.at(7, 5, c) == as_is.at(7, 5, 2 - c));
+}
+
+TEST_CASE("what a file gives back is what as_stored says, and its header tells the type") {
+    const TemporaryFolder folder;
+    const Pixels image = test_image({16, 9}, 3);
+    for (const auto& [type, name] : {std::pair{SampleType::u8, "8.png"},
+                                     {SampleType::u16, "16.png"},
+                                     {SampleType::f16, "16.exr"},
+                                     {SampleType::f32, "32.exr"}}) {
+        CAPTURE(name);
+        write_image(folder / name, image, type);
+        CHECK(read_image_header(folder / name).type == type);
+        const Pixels back = read_image(folder / name), expected = as_stored(image, type);
+        float worst = 0;
+        for (size_t i = 0; i < back.values.size(); ++i)
+            worst = std::fmax(worst, std::fabs(back.values[i] - expected.values[i]));
+        CHECK(worst < 1e-6f);  // a 65535th is 1.5e-5
+    }
 }
 
 TEST_CASE("values that are not finite") {

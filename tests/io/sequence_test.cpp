@@ -257,6 +257,14 @@ TEST_CASE("a value that does not fit is named with its place, what it is and wha
     CHECK(message_with("/depth", "linear") == Contains("depth must be an object, not \"linear\""));
     CHECK(message_with("/depth/encoding", "logarithmic") == Contains("depth.encoding must be one of \"linear\""));
     CHECK(message_with("/depth/reversed", 1) == Contains("depth.reversed must be true or false, not 1"));
+    CHECK(message_with("/depth/channels", {"Z", "Y"}) ==
+          Contains("depth.channels must be a list of one channel's name"));
+    CHECK(message_with("/depth/channels", "Z") == Contains("depth.channels must be a list"));
+    CHECK(message_with("/motion/channels", {"X", "X"}) == Contains("motion.channels must be a list of two different"));
+    CHECK(message_with("/color", {{"channels", {"R", "G"}}}) ==
+          Contains("color.channels must be a list of three or four different channels' names"));
+    CHECK(message_with("/color", {{"part", ""}}) == Contains("color.part must be the name of a part"));
+    CHECK(message_with("/color", {{"chanels", {"R", "G", "B"}}}) == Contains("channels"));
     CHECK(message_with("/motion/unit", "ndc") ==
           Contains("motion.unit must be one of \"pixels\", \"uv\", not \"ndc\""));
     CHECK(message_with("/motion/direction", 1) == Contains("motion.direction must be one of"));
@@ -345,6 +353,10 @@ TEST_CASE("a sequence that is written reads as it was") {
     text["output_size"] = {1440, 900};
     text["color_space"] = "linear";
     text["depth"] = {{"encoding", "projective"}, {"reversed", true}, {"near", 0.1}, {"far", nullptr}};
+    text["depth"]["channels"] = {"View.Depth.Z"};
+    text["motion"]["channels"] = {"u", "v"};
+    text["motion"]["part"] = "velocity";
+    text["color"] = {{"part", "beauty"}, {"channels", {"R", "G", "B", "A"}}};
     text["frames"][1]["exposure"] = 0.3;
     text["frames"][1]["reset"] = true;
     text["frames"][1]["jitter"] = {-1.0 / 6, 1.0 / 3};
@@ -366,6 +378,9 @@ TEST_CASE("a sequence that is written reads as it was") {
     CHECK(after.color_space == before.color_space);
     CHECK(after.depth.projective);
     CHECK(after.depth.reversed);
+    CHECK(after.color_channels == ChannelNames{"beauty", {"R", "G", "B", "A"}});
+    CHECK(after.depth_channels == ChannelNames{"", {"View.Depth.Z"}});
+    CHECK(after.motion_channels == ChannelNames{"velocity", {"u", "v"}});
     CHECK(after.motion_encoding().scale == before.motion_encoding().scale);
     CHECK(after.motion.jittered);
     CHECK(after.motion.sampled_at_jitter);

@@ -32,6 +32,8 @@ class Sequence:
         self.frames = self.facts["frames"]
         if any(frame.get("render_size", self.facts["render_size"]) != self.facts["render_size"] for frame in self.frames):
             raise ValueError(f"{path}: frames of several render sizes; training needs one")
+        if any({"channels", "part"} & set(self.facts.get(role, {})) for role in ("color", "depth", "motion")):
+            raise ValueError(f"{path}: channels of layers or parts; training reads files that have no others")
         self.jitter = [tuple(frame["jitter"]) for frame in self.frames]
         jittered = self.facts.get("motion", {}).get("sampled_at") == "jittered"
         self.motion_jitter = self.jitter if jittered else [(0.0, 0.0)] * len(self.frames)
