@@ -1,0 +1,21 @@
+#include "io/image.h"
+
+#include "clarus/error.h"
+#include "input_file.h"
+#include "io/image_module.h"
+
+using namespace clarus;
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    // The reader goes by the name first, so both are tried.
+    for (const char* name : {"image.png", "image.exr"}) {
+        try {
+            const auto path = input_file(name, data, size);
+            const auto header = io::image_module().read_header(path);
+            // A larger one is legal and slow: what is looked for is in the decoding.
+            if (int64_t{header.size.width} * header.size.height <= 1 << 20) io::image_module().read(path, 4);
+        } catch (const Error&) {
+        }
+    }
+    return 0;
+}
