@@ -139,7 +139,7 @@ void Tracer::intersect_solid(Packet& packet, std::span<Sample> samples) const {
 /// Of the rays that are valid.
 void Tracer::shade_hits(Packet& packet, const TextureFilter& filter, std::span<Shaded> shaded) const {
     const V3f eye(camera_.position()), to_sun = scene_.environment.to_sun;
-    alignas(64) RTCRay16 shadow_rays;
+    alignas(64) RTCRay16 shadow_rays{};  // all lanes: with AVX2 Embree 3.13 asserts on what is left in the others
     std::array<Surface, packet_size> surfaces;
     bool any = false;
     for (int i = 0; i < packet.count; ++i) {
