@@ -11,8 +11,9 @@ namespace clarus::check {
 namespace {
 
 constexpr float none = std::numeric_limits<float>::quiet_NaN();
-constexpr float step = 0.1f;          // in rank: from one thing to another
-constexpr size_t fewest_pixels = 48;  // that a figure is made of
+constexpr float step = 0.1f;            // in rank: from one thing to another
+constexpr size_t fewest_pixels = 48;    // that a figure is made of
+constexpr float most_curvature = 0.1f;  // of planes; noise has 0.25
 
 float median(std::vector<float>& values) {
     if (values.size() < fewest_pixels) return none;
@@ -83,7 +84,11 @@ std::array<float, 3> curvatures(const io::Pixels& depth) {
             look(depth.at(x - reach, y, 0), depth.at(x, y, 0), depth.at(x + reach, y, 0));
             look(depth.at(x, y - reach, 0), depth.at(x, y, 0), depth.at(x, y + reach, 0));
         }
-    return {median(all[0]) + 1e-5f, median(all[1]) + 1e-5f, median(all[2]) + 1e-5f};
+    std::array<float, 3> result{};
+    for (size_t form = 0; form < result.size(); ++form) result[form] = median(all[form]) + 1e-5f;
+    // No form makes planes of it: what was left out above, by stored values, would favour those.
+    if (!(std::ranges::min(result) < most_curvature)) result.fill(none);
+    return result;
 }
 
 using Camera = FrameDescription::Camera;

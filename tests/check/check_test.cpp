@@ -13,6 +13,7 @@
 
 #include "io/file.h"
 #include "io/frames.h"
+#include "noise_sequence.h"
 #include "program.h"
 #include "temporary_folder.h"
 #include "test_device.h"
@@ -232,6 +233,12 @@ TEST_CASE("sequences that say little are not accused") {
             std::ranges::fill(film.motion[i].values, 0.0f);
             film.sequence.frames[i].jitter = film.sequence.frames[0].jitter;
         }
+        CHECK(wrong_fields(check::judge(check::measure(film, pixels), film.sequence)).empty());
+    }
+    SUBCASE("depth without a surface") {
+        Film film = right;
+        for (size_t i = 0; i < film.depth.size(); ++i)
+            film.depth[i] = test::noise(film.depth[i].size, 1, 0, 1, static_cast<unsigned>(i));
         CHECK(wrong_fields(check::judge(check::measure(film, pixels), film.sequence)).empty());
     }
     SUBCASE("vectors that are not finite") {
