@@ -5,7 +5,6 @@
 #include <nanobind/stl/vector.h>
 
 #include "clarus/device.h"
-#include "clarus/error.h"
 #include "clarus/jitter.h"
 #include "clarus/model.h"
 #include "module.h"
@@ -29,11 +28,6 @@ const char* word(DeviceClass device_class) {
 }
 
 std::pair<float, float> pair_of(Vec2 vector) { return {vector.x, vector.y}; }
-
-void require_least(const char* argument, int value, int least) {
-    if (value < least)
-        throw Error(ErrorKind::invalid_argument, fmt::format("{}: {}; must be {} or more", argument, value, least));
-}
 
 // What takes long lets other threads of Python run.
 using Released = nb::call_guard<nb::gil_scoped_release>;
@@ -122,30 +116,15 @@ void add_inquiry(nb::module_& module) {
     add_devices(module);
     add_models(module);
     module.def(
-        "halton_jitter",
-        [](int frame, int count) {
-            require_least("frame", frame, 0);
-            require_least("count", count, 1);
-            return pair_of(halton_jitter(frame, count));
-        },
-        "frame"_a, "count"_a,
+        "halton_jitter", [](int frame, int count) { return pair_of(halton_jitter(frame, count)); }, "frame"_a,
+        "count"_a,
         "Halton's pattern, which repeats after `count` points: (x, y) in render pixels. `frame` is 0 or more.");
     module.def(
-        "mnss_jitter",
-        [](int frame, int scale) {
-            require_least("frame", frame, 0);
-            return pair_of(mnss_jitter(frame, scale));
-        },
-        "frame"_a, "scale"_a, "MNSS's sub-pixel pattern of the scales 2 and 3: (x, y) in render pixels.");
+        "mnss_jitter", [](int frame, int scale) { return pair_of(mnss_jitter(frame, scale)); }, "frame"_a, "scale"_a,
+        "MNSS's sub-pixel pattern of the scales 2 and 3: (x, y) in render pixels.");
     module.def(
-        "random_jitter",
-        [](int frame, int scale) {
-            require_least("frame", frame, 0);
-            require_least("scale", scale, 1);
-            return pair_of(random_jitter(frame, scale));
-        },
-        "frame"_a, "scale"_a,
-        "A sub-pixel's centre by chance, the same for a frame every time: (x, y) in render pixels.");
+        "random_jitter", [](int frame, int scale) { return pair_of(random_jitter(frame, scale)); }, "frame"_a,
+        "scale"_a, "A sub-pixel's centre by chance, the same for a frame every time: (x, y) in render pixels.");
 }
 
 }  // namespace clarus::python

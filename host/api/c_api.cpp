@@ -584,26 +584,15 @@ const char* clarus_model_metadata(const clarus_model* model, const char* key) {
 }
 
 clarus_status clarus_halton_jitter(int frame, int count, float* x, float* y) {
-    return jitter(x, y, [&] {
-        if (frame < 0 || count < 1)
-            clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}, count {}: at least 0 and 1", frame, count);
-        return clarus::halton_jitter(frame, count);
-    });
+    return jitter(x, y, [&] { return clarus::halton_jitter(frame, count); });
 }
 
 clarus_status clarus_mnss_jitter(int frame, int scale, float* x, float* y) {
-    return jitter(x, y, [&] {
-        if (frame < 0) clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}: at least 0", frame);
-        return clarus::mnss_jitter(frame, scale);
-    });
+    return jitter(x, y, [&] { return clarus::mnss_jitter(frame, scale); });
 }
 
 clarus_status clarus_random_jitter(int frame, int scale, float* x, float* y) {
-    return jitter(x, y, [&] {
-        if (frame < 0 || scale < 1)
-            clarus::fail(clarus::ErrorKind::invalid_argument, "frame {}, scale {}: at least 0 and 1", frame, scale);
-        return clarus::random_jitter(frame, scale);
-    });
+    return jitter(x, y, [&] { return clarus::random_jitter(frame, scale); });
 }
 
 clarus_status clarus_quality_modes(clarus_list** names) {

@@ -20,14 +20,21 @@ Vec2 sub_pixel_centre(int a, int b, int scale) {
     return {static_cast<float>((a + 0.5) / scale - 0.5), static_cast<float>((b + 0.5) / scale - 0.5)};
 }
 
+void require_least(const char* argument, int value, int least) {
+    if (value < least) fail(ErrorKind::invalid_argument, "{}: {}; must be {} or more", argument, value, least);
+}
+
 }  // namespace
 
 Vec2 halton_jitter(int frame, int count) {
+    require_least("frame", frame, 0);
+    require_least("count", count, 1);
     const int index = frame % count + 1;
     return {static_cast<float>(radical_inverse(index, 2) - 0.5), static_cast<float>(radical_inverse(index, 3) - 0.5)};
 }
 
 Vec2 mnss_jitter(int frame, int scale) {
+    require_least("frame", frame, 0);
     if (scale == 2) {
         // Sums of the speeds {1, 0} and {1, 1, 0} before this frame.
         const int a = (frame + 1) / 2 % 2, b = (frame - frame / 3) % 2;
@@ -42,6 +49,8 @@ Vec2 mnss_jitter(int frame, int scale) {
 }
 
 Vec2 random_jitter(int frame, int scale) {
+    require_least("frame", frame, 0);
+    require_least("scale", scale, 1);
     // The generator's numbers are the standard's, the same everywhere; its distributions are not.
     std::mt19937 chance(static_cast<uint32_t>(frame));
     const auto count = static_cast<uint32_t>(scale);

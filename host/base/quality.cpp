@@ -1,5 +1,7 @@
 #include "clarus/quality.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,9 +33,8 @@ std::vector<std::string> quality_modes() {
 double quality_scale(std::string_view mode) {
     const auto found = std::ranges::find(kModes, mode, &Mode::name);
     if (found != kModes.end()) return found->scale;
-    std::string names;
-    for (const Mode& known : kModes) names.append(names.empty() ? "" : ", ").append(known.name);
-    fail(ErrorKind::invalid_argument, "no quality mode is named \"{}\"; there are: {}", mode, names);
+    fail(ErrorKind::invalid_argument, "no quality mode is named \"{}\"; there are: {}", mode,
+         fmt::join(quality_modes(), ", "));
 }
 
 Size quality_render_size(Size output, double scale) {

@@ -31,6 +31,8 @@ struct Film {
     std::vector<io::Pixels> depth, motion;  // as stored; empty where a frame has none
 
     void add(io::FramePixels frame);  // the next one of sequence.frames
+    /// All frames of `sequence`, with depth and motion. `done` is told how many are there. Errors: file.
+    static Film read(io::Sequence sequence, const std::function<void(size_t)>& done = {});
 
     bool has_motion() const;
     bool has_depth() const;

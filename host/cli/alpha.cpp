@@ -45,7 +45,6 @@ io::Pixels AlphaUpscaler::upscale(const io::Pixels& alpha, const FrameDescriptio
 }
 
 io::Pixels with_alpha(const io::Pixels& color, const io::Pixels& alpha) {
-    if (alpha.values.empty()) return color;
     io::Pixels result{color.size, 4, {}};
     result.values.reserve(4 * alpha.values.size());
     for (size_t i = 0; i < alpha.values.size(); ++i) {

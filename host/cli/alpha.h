@@ -25,7 +25,7 @@ class AlphaUpscaler {
     const bool takes_jitter_out_;
 };
 
-/// Colour of 3 channels with alpha as a fourth; without one, colour as it is.
+/// Colour of 3 channels with alpha as a fourth.
 io::Pixels with_alpha(const io::Pixels& color, const io::Pixels& alpha);
 
 }  // namespace clarus::cli

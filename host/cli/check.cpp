@@ -18,7 +18,6 @@
 #include "cli/progress.h"
 #include "cli/sequence_options.h"
 #include "io/file.h"
-#include "io/frames.h"
 
 namespace clarus::cli {
 namespace {
@@ -112,13 +111,9 @@ int check_conventions(const CheckOptions& options) {
     {
         Progress progress("checking");
         constexpr double reading = 0.4;  // of the work
-        film.sequence = sequence;
-        io::FrameReader reader(sequence, 0, sequence.frames.size(), true, false);
-        while (auto frame = reader.next()) {
-            film.add(std::move(frame->pixels));
-            progress.update(reading * static_cast<double>(film.luma.size()) /
-                            static_cast<double>(sequence.frames.size()));
-        }
+        film = check::Film::read(sequence, [&](size_t frames) {
+            progress.update(reading * static_cast<double>(frames) / static_cast<double>(sequence.frames.size()));
+        });
         evidence =
             check::measure(film, pixels, [&](double fraction) { progress.update(reading + (1 - reading) * fraction); });
     }

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "base/log.h"
 #include "check/check.h"
-#include "io/frames.h"
 
 namespace clarus::cli {
 namespace {
@@ -20,16 +20,13 @@ void take_idle_time() {
     sched_setscheduler(0, SCHED_IDLE, &none);  // where it fails, the thread takes its share as others do
 }
 
-std::string surely_wrong(const io::Sequence& sequence) {
+std::string surely_wrong(io::Sequence sequence) {
     constexpr size_t least_frames = 4, most_frames = 8, pixels = 600;
-    check::Film film;
-    film.sequence = sequence;
-    auto& frames = film.sequence.frames;
+    std::vector<io::FrameFiles>& frames = sequence.frames;
     frames.resize(std::min(frames.size(), most_frames));
     const auto lacks_motion = [](const io::FrameFiles& frame) { return frame.motion.empty(); };
     if (frames.size() < least_frames || std::ranges::any_of(frames, lacks_motion)) return {};
-    io::FrameReader reader(film.sequence, 0, frames.size(), true, false);
-    while (auto frame = reader.next()) film.add(std::move(frame->pixels));
+    const check::Film film = check::Film::read(std::move(sequence));
     take_idle_time();
     std::string text;
     for (const check::Finding& one : check::judge(check::measure(film, pixels), film.sequence).findings)

@@ -190,7 +190,10 @@ class FrameLoop {
         const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
             io::write_image(file, pixels, samples, output_.png_compression);
         };
-        save(slot.result.file, with_alpha(slot.output, slot.alpha), output_.type);
+        if (slot.alpha.values.empty())
+            save(slot.result.file, slot.output, output_.type);
+        else
+            save(slot.result.file, with_alpha(slot.output, slot.alpha), output_.type);
         if (interpolator_ && slot.index != 0) save(output_.file_before(slot.frame.name), slot.before, output_.type);
         for (const auto& [name, picture] : slot.views)
             save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);

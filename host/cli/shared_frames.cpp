@@ -91,8 +91,9 @@ void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::
     std::ranges::copy(files.camera->projection, frame.projection);
 }
 
-/// Of a frame without one, zeros: a stream's frames all bring the same.
+/// Where the stream has such masks. Of a frame without one, zeros: a stream's frames all bring the same.
 void copy_mask(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& mask) {
+    if (!frame.images[kind].pixels) return;
     if (!mask.values.empty()) return SharePublisher::copy(frame, kind, mask.values.data());
     const std::vector<float> none(static_cast<size_t>(frame.width) * frame.height);
     SharePublisher::copy(frame, kind, none.data());

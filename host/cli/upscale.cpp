@@ -77,7 +77,7 @@ Format output_format(const UpscaleOptions& options, const OutputTarget& target, 
 
 /// As exact as colour is, unless told. Errors: invalid_argument for bits that the format has not.
 io::SampleType output_type(const std::optional<int>& bits, Format format, const OutputTarget& target,
-                           const io::Sequence& sequence) {
+                           io::SampleType color) {
     if (bits && target.is_video())
         fail(ErrorKind::invalid_argument, "--bits is of pictures; name a folder as --output, in place of {}",
              target.video.string());
@@ -87,7 +87,6 @@ io::SampleType output_type(const std::optional<int>& bits, Format format, const 
     if (bits && !png && *bits == 8)
         fail(ErrorKind::invalid_argument,
              "an EXR file holds halves (--bits 16) or floats (--bits 32), not --bits 8; use --format png");
-    const io::SampleType color = io::color_type(sequence);
     const int usual = png ? (color == io::SampleType::u16 ? 16 : 8) : (color == io::SampleType::f16 ? 16 : 32);
     const bool is_16 = bits.value_or(usual) == 16;
     if (png) return is_16 ? io::SampleType::u16 : io::SampleType::u8;
@@ -96,14 +95,14 @@ io::SampleType output_type(const std::optional<int>& bits, Format format, const 
 
 /// Whether results are to have alpha. Errors: invalid_argument where it is asked for and the output has no place for
 /// it.
-bool keeps_alpha(const UpscaleOptions& options, const OutputTarget& target, const io::Sequence& sequence) {
+bool keeps_alpha(const UpscaleOptions& options, const OutputTarget& target, bool has_alpha) {
     const char* without = target.is_video() ? "a video has no alpha"
                           : options.frame_rate == FrameRate::doubled
                               ? "frames in between (--frame-rate x2) have no alpha"
                               : nullptr;
     if (without && options.alpha == Alpha::keep)
         fail(ErrorKind::invalid_argument, "{}; leave --alpha keep out", without);
-    if (options.alpha == Alpha::drop || !io::has_alpha(sequence)) return false;
+    if (options.alpha == Alpha::drop || !has_alpha) return false;
     if (!without) return true;
     log(LogLevel::warning, "the sequence's colour has alpha, which the results have not: {}; --alpha drop says so",
         without);
@@ -184,10 +183,11 @@ void upscale(const UpscaleOptions& options) {
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
-    io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
+    const io::ColorFiles colors =
+        io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     std::optional<AlphaUpscaler> alpha;
-    if (keeps_alpha(options, target, sequence)) alpha.emplace(device, upscaler, model, settings);
-    const io::SampleType type = output_type(options.bits, format, target, sequence);
+    if (keeps_alpha(options, target, colors.has_alpha)) alpha.emplace(device, upscaler, model, settings);
+    const io::SampleType type = output_type(options.bits, format, target, colors.type);
     warn_of_facts(sequence, model);
     const Size made = scaled(sequence.render_size, model.scale());
     std::optional<VideoOutput> video;

@@ -66,8 +66,11 @@ Pixels take_alpha(Pixels& color) {
     return alpha;
 }
 
-void check_file(const std::filesystem::path& path, const Expectation& expected) {
-    if (!path.empty()) check(path, read_image_header(path, expected.most, expected.named), expected);
+ImageHeader check_file(const std::filesystem::path& path, const Expectation& expected) {
+    if (path.empty()) return {};
+    const ImageHeader image = read_image_header(path, expected.most, expected.named);
+    check(path, image, expected);
+    return image;
 }
 
 Pixels read_checked(const std::filesystem::path& path, const Expectation& expected) {
@@ -84,7 +87,7 @@ Pixels read_optional(const char* key, const Sequence& sequence, const FrameFiles
 
 }  // namespace
 
-void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
+ColorFiles check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
     if (!sequence.is_described && (needs_depth || needs_motion))
         fail(ErrorKind::file,
              "{}: images alone lack {} and jitter, which the model needs; describe them in a sequence.json "
@@ -93,27 +96,21 @@ void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motio
              !needs_motion  ? "depth"
              : !needs_depth ? "motion"
                             : "depth, motion");
+    ColorFiles colors;
     for (const FrameFiles& frame : sequence.frames) {
         const bool lacks_depth = needs_depth && frame.depth.empty();
         if (lacks_depth || (needs_motion && frame.motion.empty()))
             fail(ErrorKind::file, "{}: frame {} has no {}, which the model needs", sequence.folder.string(), frame.name,
                  lacks_depth ? "depth" : "motion");
-        check_file(frame.color, color_of(sequence, frame));
+        const ImageHeader color = check_file(frame.color, color_of(sequence, frame));
+        colors.has_alpha = colors.has_alpha || color.channels == 4;
+        if (&frame == &sequence.frames.front()) colors.type = color.type;
         check_file(frame.depth, depth_of(sequence, frame));
         check_file(frame.motion, motion_of(sequence, frame));
         check_file(frame.reference, reference_of(sequence));
         for (const auto& [key, path] : frame.optional) check_file(path, optional_of(key, sequence, frame));
     }
-}
-
-bool has_alpha(const Sequence& sequence) {
-    return std::any_of(sequence.frames.begin(), sequence.frames.end(), [&](const FrameFiles& frame) {
-        return read_image_header(frame.color, 4, sequence.color_channels).channels == 4;
-    });
-}
-
-SampleType color_type(const Sequence& sequence) {
-    return read_image_header(sequence.frames.front().color, 4, sequence.color_channels).type;
+    return colors;
 }
 
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference) {

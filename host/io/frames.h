@@ -10,15 +10,15 @@
 
 namespace clarus::io {
 
+/// What the files of a sequence's colours say of themselves.
+struct ColorFiles {
+    bool has_alpha = false;            // of some frame
+    SampleType type = SampleType::u8;  // of the first frame
+};
+
 /// Opens every image of every frame and compares its size and channels with what the sequence says. A frame without
 /// depth or motion is refused where it is needed. Errors: file, naming the image.
-void check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion);
-
-/// Whether some frame's colour has alpha. Opens images until one has. Errors: file.
-bool has_alpha(const Sequence& sequence);
-
-/// Of the first frame's colour. Errors: file.
-SampleType color_type(const Sequence& sequence);
+ColorFiles check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion);
 
 /// A frame's images as the files hold them: colour space, depth encoding and motion scale are converted on the device.
 /// (Packed depth is unpacked.) Empty where not asked for or not there.

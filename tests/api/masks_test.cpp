@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "clarus/error.h"
@@ -20,31 +21,22 @@ namespace {
 constexpr int kFrames = 3;
 using Outputs = std::vector<std::vector<float>>;
 
-/// The first frames of a golden file; `change` adds masks.
-Outputs shown(const Golden& golden, const Model& model, const UpscalerOptions& options,
+Outputs shown(const Golden& golden, const UpscalerOptions& options,
               const std::function<void(int, FrameDescription&)>& change) {
-    std::vector<float> color = golden.tensor("color"), depth = golden.tensor("depth"), motion = golden.tensor("motion");
-    const std::vector<float> jitter = golden.tensor("jitter");
-    const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
-    Upscaler upscaler(test_device(), model, golden.render, options);
-    const Size size = upscaler.output_size();
-    Outputs outputs;
-    for (int t = 0; t < kFrames; ++t) {
-        FrameDescription frame;
-        frame.color = {.host = color.data() + t * pixels * 3, .size = golden.render};
-        frame.depth = {.host = depth.data() + t * pixels, .size = golden.render};
-        frame.motion = {.host = motion.data() + t * pixels * 2, .size = golden.render};
-        frame.jitter = {jitter[2 * t], jitter[2 * t + 1]};
-        frame.output = {.host = outputs.emplace_back(size_t{3} * size.width * size.height).data(), .size = size};
-        change(t, frame);
-        upscaler.submit(frame).wait();
-    }
-    return outputs;
+    return run(golden, options, kFrames, change).outputs;
 }
 
-Outputs without_masks(const Golden& golden, const Model& model) {
-    return shown(golden, model, {}, [](int, FrameDescription&) {});
-}
+/// What the model makes of the first frames, and what a filter does.
+struct Plain {
+    explicit Plain(const std::string& name) : golden(name) {
+        model = run(golden, {}, kFrames).outputs;
+        Golden filter(name);
+        filter.model = Model::filter("bicubic", golden.model.scale());
+        bicubic = run(filter, {}, kFrames).outputs;
+    }
+    Golden golden;
+    Outputs model, bicubic;
+};
 
 float largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
     float largest = 0;
@@ -62,21 +54,20 @@ TEST_CASE("where a mask is 1, output and history are the frame's own colour; whe
           doctest::test_suite("golden")) {
     for (const char* name : {"enss_x2_table", "mnss_x2", "nsrr_x2_checked"}) {
         CAPTURE(name);
-        const Golden golden(name);
-        const Outputs plain = without_masks(golden, golden.model);
-        const Outputs bicubic = without_masks(golden, Model::filter("bicubic", golden.model.scale()));
+        const Plain plains(name);
+        const auto& [golden, plain, bicubic] = plains;
         const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
         std::vector<float> none(pixels, 0.0f), all(pixels, 1.0f);
         none.front() = std::numeric_limits<float>::quiet_NaN();
         UpscalerOptions options;
         options.reactive_format = kFloats;
 
-        CHECK(shown(golden, golden.model, options, [](int, FrameDescription&) {}) == plain);
-        CHECK(shown(golden, golden.model, options, [&](int, FrameDescription& frame) {
+        CHECK(shown(golden, options, [](int, FrameDescription&) {}) == plain);
+        CHECK(shown(golden, options, [&](int, FrameDescription& frame) {
                   frame.reactive_mask = image_of(none, golden.render);
               }) == plain);
 
-        const Outputs masked = shown(golden, golden.model, options, [&](int t, FrameDescription& frame) {
+        const Outputs masked = shown(golden, options, [&](int t, FrameDescription& frame) {
             if (t < 2) frame.reactive_mask = image_of(all, golden.render);
         });
         CHECK(largest_difference(masked[0], bicubic[0]) < 1e-5f);
@@ -87,19 +78,21 @@ TEST_CASE("where a mask is 1, output and history are the frame's own colour; whe
 }
 
 TEST_CASE("what a mask leaves alone is not the next frame's history" * doctest::test_suite("golden")) {
-    const Golden golden("enss_x2_table");
+    const Plain plains("enss_x2_table");
+    const Golden& golden = plains.golden;
     const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
     std::vector<float> all(pixels, 1.0f);
     UpscalerOptions options;
     options.reactive_format = kFloats;
-    const Outputs masked = shown(golden, golden.model, options, [&](int t, FrameDescription& frame) {
+    const Outputs masked = shown(golden, options, [&](int t, FrameDescription& frame) {
         if (t == 0) frame.reactive_mask = image_of(all, golden.render);
     });
-    CHECK(largest_difference(masked[1], without_masks(golden, golden.model)[1]) > 1e-4f);
+    CHECK(largest_difference(masked[1], plains.model[1]) > 1e-4f);
 }
 
 TEST_CASE("of two masks the larger counts, part by part, of any type" * doctest::test_suite("golden")) {
-    const Golden golden("enss_x2_table");
+    const Plain plains("enss_x2_table");
+    const auto& [golden, plain, bicubic] = plains;
     const auto [width, height] = golden.render;
     std::vector<float> left(static_cast<size_t>(width) * height);
     std::vector<uint8_t> right(2 * left.size());  // of two channels, the first counts
@@ -113,12 +106,10 @@ TEST_CASE("of two masks the larger counts, part by part, of any type" * doctest:
     UpscalerOptions options;
     options.reactive_format = kFloats;
     options.transparency_format = ImageFormat{ElementType::u8, 2};
-    const Outputs masked = shown(golden, golden.model, options, [&](int, FrameDescription& frame) {
+    const Outputs masked = shown(golden, options, [&](int, FrameDescription& frame) {
         frame.reactive_mask = image_of(left, golden.render);
         frame.transparency_mask = {.host = right.data(), .size = golden.render};
     });
-    const Outputs plain = without_masks(golden, golden.model);
-    const Outputs bicubic = without_masks(golden, Model::filter("bicubic", 2));
     const auto at = [&](const Outputs& outputs, int x) {
         const size_t first = (static_cast<size_t>(height) * 2 * width + x) * 3;  // of the row in the middle
         return std::vector<float>(outputs[0].begin() + first, outputs[0].begin() + first + 3);

@@ -26,13 +26,6 @@ namespace {
 
 constexpr size_t pixels = 600;
 
-Film film_of(const io::Sequence& sequence) {
-    Film film;
-    film.sequence = sequence;
-    for (size_t i = 0; i < sequence.frames.size(); ++i) film.add(io::read_frame(sequence, i, true, false));
-    return film;
-}
-
 Film rendered(std::vector<std::string> arguments) {
     const TemporaryFolder folder;
     for (const char* word : {"render", "--size", "160x96", "--frames", "8", "--no-reference", "--threads", "1", "-o"})
@@ -41,7 +34,7 @@ Film rendered(std::vector<std::string> arguments) {
     std::rotate(arguments.begin(), std::ranges::find(arguments, "render"), arguments.end());
     test::Program program(CLARUS_TOOL, arguments);
     REQUIRE(program.result() == 0);
-    return film_of(io::read_sequence(folder / "sequence"));
+    return Film::read(io::read_sequence(folder / "sequence"));
 }
 
 /// What is made wrong: in what the JSON says, or in what the files hold.

@@ -38,7 +38,8 @@ std::vector<int32_t> Golden::resets() const {
     return values;
 }
 
-Run run(const Golden& golden, UpscalerOptions options, int frames) {
+Run run(const Golden& golden, UpscalerOptions options, int frames,
+        const std::function<void(int, FrameDescription&)>& change) {
     std::vector<float> color = golden.tensor("color"), depth = golden.tensor("depth"), motion = golden.tensor("motion");
     const std::vector<float> jitter = golden.tensor("jitter"), expected = golden.tensor("output");
     const std::vector<int32_t> resets = golden.resets();
@@ -59,6 +60,7 @@ Run run(const Golden& golden, UpscalerOptions options, int frames) {
         description.jitter = {jitter[2 * frame], jitter[2 * frame + 1]};
         description.reset = resets[frame] != 0;
         description.output = {.host = output.data(), .size = size};
+        if (change) change(frame, description);
         result.upscaler.submit(description).wait();
         if (comparable)
             result.differences.push_back(largest_difference(output.data(), expected.data() + frame * count, count));

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,10 @@ struct Run {
 };
 
 /// All frames of a golden file through the upscaler, or the first so many, with what it needs. Motion is sampled where
-/// the file says. With an output size of the options' there are no differences.
-Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1);
+/// the file says. With an output size of the options' there are no differences. `change` may add to a frame before it
+/// is submitted.
+Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1,
+        const std::function<void(int, FrameDescription&)>& change = {});
 
 /// The frame whose intermediates golden files hold.
 constexpr int kViewedFrame = 3;

@@ -81,13 +81,14 @@ TEST_CASE("a frame holds what was asked for") {
 
 TEST_CASE("a frame's alpha is apart from its colour") {
     Recording recording;
-    CHECK_FALSE(has_alpha(recording.sequence));
+    CHECK_FALSE(check_sequence(recording.sequence, true, true).has_alpha);
     CHECK(read_frame(recording.sequence, 2, false, false).alpha.values.empty());
     Pixels color = constant(render_size, 4, 0.2f);
     color.at(3, 1, 3) = 0.6f;
     write_image(recording.sequence.frames[2].color, color, SampleType::u16);
-    CHECK(has_alpha(recording.sequence));
-    CHECK(color_type(recording.sequence) == SampleType::u8);  // of the first
+    const ColorFiles colors = check_sequence(recording.sequence, true, true);
+    CHECK(colors.has_alpha);
+    CHECK(colors.type == SampleType::u8);  // of the first
     const FramePixels pixels = read_frame(recording.sequence, 2, false, false);
     CHECK(pixels.color.channels == 3);
     CHECK(pixels.color.values.size() == size_t{3} * render_size.width * render_size.height);
