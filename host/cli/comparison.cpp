@@ -17,6 +17,7 @@
 #include "io/frames.h"
 #include "io/image.h"
 #include "io/image_folder.h"
+#include "io/json_reader.h"
 #include "io/qrisp.h"
 #include "metrics/display.h"
 #include "metrics/if_ssim.h"
@@ -86,9 +87,9 @@ bool is_bicubic(const std::filesystem::path& folder) {
     if (name_of(folder) == "bicubic") return true;
     const std::filesystem::path file = folder / "report.json";
     if (!std::filesystem::exists(file)) return false;
-    const auto report = nlohmann::json::parse(io::read_file(file), nullptr, false);
+    const auto report = io::try_parse_json(io::read_file(file));
     const nlohmann::json::json_pointer name("/model/name");
-    return report.contains(name) && report[name] == "bicubic";
+    return report && report->contains(name) && (*report)[name] == "bicubic";
 }
 
 // What one result's frames are measured with; `inter_frame` and `is_static` are of this frame and the one before it.

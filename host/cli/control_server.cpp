@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "cli/share_error.h"
+#include "io/json_reader.h"
 
 namespace clarus::cli {
 namespace {
@@ -30,13 +31,13 @@ bool waits_long(int socket, int milliseconds) {
     return poll(&event, 1, milliseconds) <= 0;
 }
 
-/// None where the other side has gone; a discarded value where it is no JSON.
+/// None where the other side has gone; null where it is no JSON.
 std::optional<json> receive(int connection) {
     std::string text(kLargestPacket, '\0');
     const ssize_t bytes = share_receive(connection, text.data(), text.size(), nullptr, 0, nullptr);
     if (bytes <= 0) return std::nullopt;
     text.resize(std::min(static_cast<size_t>(bytes), text.size()));
-    return json::parse(text, nullptr, false);
+    return io::try_parse_json(text).value_or(json());
 }
 
 }  // namespace

@@ -88,6 +88,14 @@ nlohmann::json parse_json(std::string_view text, const std::filesystem::path& fi
     }
 }
 
+std::optional<nlohmann::json> try_parse_json(std::string_view text) {
+    try {
+        return parse_json(text, {});
+    } catch (const Error&) {
+        return std::nullopt;
+    }
+}
+
 JsonNode JsonNode::operator[](const std::string& key) const {
     if (const auto member = find(key)) return *member;
     fail(ErrorKind::file, "{}: {} lacks the field \"{}\"", file_->string(), place_.empty() ? "the top level" : place_,

@@ -17,6 +17,9 @@ namespace clarus::io {
 /// than 2^24 of them. `file` is for the message. Errors: file.
 nlohmann::json parse_json(std::string_view text, const std::filesystem::path& file);
 
+/// The same of a text that may be something else: none for what parse_json refuses.
+std::optional<nlohmann::json> try_parse_json(std::string_view text);
+
 /// A JSON value that knows its file and its place in it ("frames[3].jitter"), so that every complaint names both.
 /// Each reading function has the error file for a value of another type. Refers to value and file; keeps neither.
 class JsonNode {

@@ -221,8 +221,8 @@ Sequence read_native(const std::filesystem::path& description) {
 }
 
 bool looks_native(const std::filesystem::path& file) {
-    const auto json = nlohmann::json::parse(read_file(file, largest_description), nullptr, false);
-    return json.is_discarded() || json.contains("frames");
+    const auto json = try_parse_json(read_file(file, largest_description));
+    return !json || json->contains("frames");
 }
 
 namespace {

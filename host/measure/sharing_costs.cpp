@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "io/json_reader.h"
 #include "measure/child.h"
 
 namespace clarus::measure {
@@ -128,9 +129,10 @@ SharingCosts measure_setup(const SharingOptions& options, const SharingSetup& se
 }
 
 json parse(const std::string& line) {
-    const json object = json::parse(line, nullptr, false);
-    if (!object.is_object()) fail(ErrorKind::device, "not what is told between a game and who measures: {}", line);
-    return object;
+    const std::optional<json> object = io::try_parse_json(line);
+    if (!object || !object->is_object())
+        fail(ErrorKind::device, "not what is told between a game and who measures: {}", line);
+    return *object;
 }
 
 }  // namespace
