@@ -16,6 +16,20 @@ namespace {
 
 constexpr std::string_view kMeasuredPlacement = "auto";
 
+// The fastest devices take seconds for so many, CPUs hours: a mistake, or an attack, rather than a network in real
+// time.
+constexpr double kMostOperations = 1e15;
+
+void check_work(const graph::Graph& graph, Size render) {
+    double all = 0;
+    for (const graph::Node& node : graph.nodes) all += graph::operations(graph, node);
+    if (!(all <= kMostOperations))
+        fail(ErrorKind::invalid_argument,
+             "render size {}x{}: the network takes {:.1e} operations a frame, more than the {:.0e} that are allowed; a "
+             "smaller size or network is needed",
+             render.width, render.height, all, kMostOperations);
+}
+
 }  // namespace
 
 Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options, std::vector<Size> others)
@@ -25,6 +39,7 @@ Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions opt
       others_(std::move(others)),
       largest_(build_(render)) {
     check_options(options_, largest_.graph);
+    check_work(largest_.graph, render);
     sizes_ = largest_.sizes;
     scale_ = largest_.scale;
     const std::vector<DeviceProfile> devices = device_.profiles();

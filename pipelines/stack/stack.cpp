@@ -30,6 +30,8 @@ using io::JsonNode;
 
 constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8,
               kLargestGrowth = kLargestScale * kMostShrunk;
+constexpr size_t kMostLayers = 1 << 10;
+constexpr double kMostWeights = 1 << 26;  // of all layers together: several may have the same tensor
 
 /// What flows from layer to layer: an image, of which consecutive channels may be values of their own.
 class Flow {
@@ -118,7 +120,9 @@ class Builder {
 
     Graph build() && {
         const nlohmann::json document = io::parse_json(model_.require_metadata("layers"), where_);
-        const std::vector<JsonNode> layers = JsonNode(document, where_).items();
+        const JsonNode list(document, where_);
+        const std::vector<JsonNode> layers = list.items();
+        if (layers.size() > kMostLayers) list.refuse("a list of at most " + std::to_string(kMostLayers) + " layers");
         for (size_t i = 0; i < layers.size(); ++i) {
             number_ = static_cast<int>(i);
             const bool relu_follows =
@@ -181,6 +185,14 @@ class Builder {
         return static_cast<int>(extent);
     }
 
+    /// Before they are read.
+    void count_weights(double out, double in, double taps) {
+        weights_ += out * in * taps;
+        if (weights_ > kMostWeights)
+            fail(ErrorKind::file, "{}: layers up to {} have more than {:.0f} weights in all", where_.string(), number_,
+                 kMostWeights);
+    }
+
     void convolution(const JsonNode& layer, bool relu) {
         expect_keys(layer, {"tensor", "size", "stride", "groups"});
         const std::string tensor = layer["tensor"].text();
@@ -194,6 +206,7 @@ class Builder {
         const io::Tensor& weights =
             model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / parameters.groups, size, size});
         parameters.out_channels = out_channels(tensor + ".weight", weights.shape[0], parameters.groups);
+        count_weights(parameters.out_channels, in / parameters.groups, parameters.taps());
         if (model_.has(tensor + ".bias") || is_quantized(model_, tensor)) {
             read_weights(model_, tensor, parameters);
         } else {
@@ -209,10 +222,11 @@ class Builder {
                                          relu ? Activation::relu : Activation::none, name("convolution")));
     }
 
-    Parameters float_transposed(const std::string& tensor, int in, int groups, int size, int stride,
-                                int padding) const {
+    Parameters float_transposed(const std::string& tensor, int in, int groups, int size, int stride, int padding) {
         const io::Tensor& weights = model_.require(tensor + ".weight", std::array<int64_t, 4>{in, -1, size, size});
         const int out = out_channels(tensor + ".weight", weights.shape[1] * groups, groups);
+        const double side = 2 * reach(size, stride, padding) + 1;
+        count_weights(double(out) * stride * stride, in / groups, side * side);
         Parameters result =
             transposed(finite_floats(model_, weights), biases(tensor, out), in, out, groups, size, stride, padding);
         result.layer = tensor;
@@ -220,13 +234,14 @@ class Builder {
     }
 
     /// Which a model has as it is computed.
-    Parameters quantized_transposed(const std::string& tensor, int in, int groups, int radius, int stride) const {
+    Parameters quantized_transposed(const std::string& tensor, int in, int groups, int radius, int stride) {
         const int size = 2 * radius + 1;
         const io::Tensor& weights =
             model_.require(tensor + ".weight", std::array<int64_t, 4>{-1, in / groups, size, size});
         Parameters result{out_channels(tensor + ".weight", weights.shape[0], groups * stride * stride), in};
         result.kernel = size;
         result.groups = groups;
+        count_weights(result.out_channels, in / groups, result.taps());
         read_weights(model_, tensor, result);
         return result;
     }
@@ -422,6 +437,7 @@ class Builder {
     Flow flow_;
     int grown_ = 1, shrunk_ = 1;  // by the layers so far
     int number_ = 0;              // of the layer
+    double weights_ = 0;
 };
 
 }  // namespace

@@ -91,6 +91,37 @@ TEST_CASE("a stack whose strides do not divide the image is refused with the sid
     CHECK_THROWS_WITH_AS(Upscaler(test_device(), model, {7, 4}), doctest::Contains("multiples of 2, not 7x4"), Error);
 }
 
+TEST_CASE("a stack that would take hours a frame is refused, the longest list is planned" *
+          doctest::test_suite("small")) {
+    ModelFile file;
+    file.header["__metadata__"] = {{"pipeline", "stack"}, {"scale", "1"}};
+    const auto write = [&](const TemporaryFolder& folder, const json& layers) {
+        file.header["__metadata__"]["layers"] = layers.dump();
+        file.write(folder / "absurd.safetensors");
+        return Model::load((folder / "absurd.safetensors").string());
+    };
+    const TemporaryFolder folder;
+    const auto convolution = [](const char* tensor) {
+        return json{{"type", "convolution"}, {"tensor", tensor}, {"size", 1}};
+    };
+    file.add("wide.weight", {48, 3, 1, 1}, std::vector<float>(48 * 3));
+    file.add("body.weight", {48, 48, 1, 1}, std::vector<float>(48 * 48));
+    file.add("narrow.weight", {3, 48, 1, 1}, std::vector<float>(3 * 48));
+    file.add("large.weight", {4096, 48, 1, 1}, std::vector<float>(4096 * 48));
+    file.add("largest.weight", {4096, 4096, 1, 1}, std::vector<float>(4096 * 4096));
+    json layers{convolution("wide")};
+    for (int i = 0; i < 1022; ++i) layers.push_back(convolution("body"));
+    layers.push_back(convolution("narrow"));
+    const Model deep = write(folder, layers);
+    CHECK_NOTHROW(Upscaler(test_device(), deep, {8, 8}));
+    CHECK_THROWS_WITH_AS(Upscaler(test_device(), deep, {16384, 16384}),
+                         doctest::Contains("operations a frame, more than the 1e+15 that are allowed"), Error);
+    // The same tensor again and again: a small file, much memory.
+    json wide{convolution("wide"), convolution("large")};
+    for (int i = 0; i < 4; ++i) wide.push_back(convolution("largest"));
+    CHECK_THROWS_WITH_AS(write(folder, wide), doctest::Contains("have more than 67108864 weights"), Error);
+}
+
 TEST_CASE("a list of layers that means nothing is refused with the place" * doctest::test_suite("small")) {
     const TemporaryFolder folder;
     const auto refuse = [&](const std::string& message, const std::function<void(json&)>& change) {
@@ -122,6 +153,7 @@ TEST_CASE("a list of layers that means nothing is refused with the place" * doct
     refuse("[12].groups must be a divisor of the 12 channels", [](json& layers) { layers[12]["groups"] = 5; });
     refuse("layer 13 adds the 3 channels", [](json& layers) { layers.erase(13); });
     refuse("[14].filter must be one of", [](json& layers) { layers[14]["filter"] = "fsr1"; });
+    refuse("must be a list of at most 1024 layers", [](json& layers) { layers = json(1025, {{"type", "tanh"}}); });
     refuse("the last layer leaves 6 channels of 4/2", [](json& layers) {
         layers.erase(14);
         layers.erase(13);
