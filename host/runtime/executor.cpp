@@ -122,9 +122,9 @@ void Executor::make_stages() {
             ingest_->input_memories.push_back(*destination ? (*destination)->memory : -1);
     }
     for (const PlannedStage& planned : plan_->stages) {
-        Stage& stage = stages_.emplace_back(
-            make_stage(planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call,
-                       planned.problem.node.name, planned.selection.describe(), planned.operations, planned.bytes));
+        Stage& stage = stages_.emplace_back(make_stage(
+            planned.problem.presented ? port_kernels_ : kernels_, planned.lowered.call, planned.problem.node.name,
+            planned.selection.describe(), planned.problem.operations, planned.problem.bytes));
         for (const TensorLayout& input : planned.problem.inputs) stage.input_memories.push_back(input.memory);
         stage.output_memory = planned.problem.output.memory;
         if (const auto* convolution = std::get_if<graph::Convolution>(&planned.problem.node.op))

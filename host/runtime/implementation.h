@@ -30,6 +30,8 @@ struct Problem {
     TensorLayout output;
     const graph::Parameters* parameters = nullptr;  // of a convolution
     std::optional<Presented> presented = {};        // of a pointwise program, whose result is stored as float
+    double operations = 0;
+    double bytes = 0;  // its inputs and its result, once each
 };
 
 /// What is passed to a kernel, in its order.

@@ -8,6 +8,7 @@
 #include "base/image_format.h"
 #include "base/rounding.h"
 #include "graph/passes.h"
+#include "runtime/short_launches.h"
 #include "runtime/weights.h"
 
 namespace clarus::runtime {
@@ -43,14 +44,14 @@ PlannedStage plan_stage(const LayoutPlan& plan, Value value) {
     stage.value = value;
     stage.problem.node = node;
     stage.problem.output = plan.layouts[value];
-    stage.bytes = tensor_bytes(stage.problem.output);
+    stage.problem.bytes = tensor_bytes(stage.problem.output);
     for (const Value input : node.inputs) {
         stage.problem.inputs.push_back(plan.layouts[input]);
-        stage.bytes += tensor_bytes(plan.layouts[input]);
+        stage.problem.bytes += tensor_bytes(plan.layouts[input]);
     }
     if (const auto* convolution = std::get_if<graph::Convolution>(&node.op))
         stage.problem.parameters = plan.graph.parameters[convolution->parameters].get();
-    stage.operations = graph::operations(plan.graph, node);
+    stage.problem.operations = graph::operations(plan.graph, node);
     return stage;
 }
 
@@ -86,6 +87,24 @@ std::vector<StageRows> order_of(const std::vector<PlannedStage>& stages, const s
     return launches;
 }
 
+/// Launches of GPUs split, so that none is long.
+std::vector<StageRows> shortened(const std::vector<StageRows>& launches, const std::vector<PlannedStage>& stages,
+                                 const DeviceProfile& profile) {
+    std::vector<StageRows> result;
+    for (const StageRows& launch : launches) {
+        const PlannedStage& stage = stages[launch.stage];
+        const KernelCall& call = stage.lowered.call;
+        const graph::Rows all = rows_of(call), rows = launch.end == 0 ? all : graph::Rows{launch.first, launch.end};
+        const double share = static_cast<double>(rows.end - rows.first) / (all.end - all.first);
+        const auto pieces = short_launches(call, rows, share * most_seconds(stage.problem, profile), profile);
+        if (pieces.size() == 1)
+            result.push_back(launch);
+        else
+            for (const graph::Rows& piece : pieces) result.push_back({launch.stage, piece.first, piece.end});
+    }
+    return result;
+}
+
 /// The pipeline's output within the result of a stage that could present it, if it is there as it would be read again.
 std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLayout& output,
                                       const StreamOptions& options) {
@@ -116,7 +135,7 @@ void present_early(Plan& plan, const StreamOptions& options, const DeviceProfile
     }
     plan.presenting = static_cast<int>(plan.stages.rend() - last) - 1;
     last->lowered = last->selection.lower(last->problem);
-    last->bytes += static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
+    last->problem.bytes += static_cast<double>(tight_bytes({output.width, output.height}, options.output_format));
 }
 
 }  // namespace
@@ -187,7 +206,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& op
         plan->stages.push_back(std::move(stage));
     }
     present_early(*plan, options, profile);
-    plan->launches = order_of(plan->stages, banded);
+    plan->launches = shortened(order_of(plan->stages, banded), plan->stages, profile);
     plan->weight_bytes = Weights::bytes(plan->layout.graph, plan->convolutions());
     return plan;
 }

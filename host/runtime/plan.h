@@ -27,8 +27,6 @@ struct PlannedStage {
     Problem problem;
     Selection selection;
     Lowered lowered;
-    double operations = 0;
-    double bytes = 0;  // its inputs and its result, once each
 };
 
 /// Whether it only moves an image into memory where it is wanted: no rule of a placement can name it.

@@ -2,11 +2,14 @@
 
 #include <doctest/doctest.h>
 
+#include <map>
 #include <stdexcept>
 
+#include "api/build_graph.h"
 #include "clarus/error.h"
 #include "runtime/bands.h"
 #include "runtime/jitter_sets.h"
+#include "runtime/short_launches.h"
 #include "zero_parameters.h"
 
 using namespace clarus;
@@ -143,6 +146,42 @@ TEST_SUITE("small") {
         CHECK_NOTHROW(plan(8, 64));
         CHECK_THROWS_WITH_AS(plan(16, 64), doctest::Contains("the limits by tall"), std::logic_error);
         CHECK_THROWS_WITH_AS(plan(8, 32), doctest::Contains("the limits by tall"), std::logic_error);
+    }
+
+    TEST_CASE("at 8K no launch of a GPU is long, and all rows are made once") {
+        DeviceProfile profile;
+        profile.memory_alignment = 128;
+        profile.compute_units = 24;
+        profile.clock_mhz = 1000;
+        profile.local_memory = 1 << 16;
+        profile.max_work_group_size = 256;
+        const auto select = [&](const Problem& problem) { return built_in_selection(problem, profile); };
+        for (const char* name : {"enss-m-x2", "nsrr-x2", "mnss-x2", "fsr2"}) {
+            CAPTURE(name);
+            const graph::Graph graph = build_graph(Model::find(name, 2), {3840, 2160}, {7680, 4320}, {});
+            for (const DeviceClass device_class : {DeviceClass::cpu, DeviceClass::gpu}) {
+                profile.device_class = device_class;
+                const auto plan = make_plan(graph, {}, profile, select);
+                std::map<int, std::vector<Rows>> made;
+                double longest = 0;
+                for (const StageRows& launch : plan->launches) {
+                    const PlannedStage& stage = plan->stages[launch.stage];
+                    const Rows all = rows_of(stage.lowered.call);
+                    const Rows rows = launch.end == 0 ? all : Rows{launch.first, launch.end};
+                    made[launch.stage].push_back(rows);
+                    longest = std::max(longest, most_seconds(stage.problem, profile) * (rows.end - rows.first) /
+                                                    (all.end - all.first));
+                }
+                CHECK((longest <= kLongestLaunch) == (device_class == DeviceClass::gpu));
+                CHECK(made.size() == plan->stages.size());
+                for (const auto& [stage, pieces] : made) {
+                    CHECK(pieces.front().first == 0);
+                    for (size_t piece = 1; piece < pieces.size(); ++piece)
+                        CHECK(pieces[piece].first == pieces[piece - 1].end);
+                    CHECK(pieces.back().end == rows_of(plan->stages[stage].lowered.call).end);
+                }
+            }
+        }
     }
 
     TEST_CASE("memories that are needed at one moment do not overlap, and the arena is near the floor") {
