@@ -29,6 +29,15 @@ struct Pipeline {
 
 std::span<const Pipeline> pipelines();
 
+/// The pipeline that a model file is for: its metadata say so, or a tensor that only one pipeline's files have.
+/// Errors: file.
+const Pipeline& pipeline_of(const io::Safetensors& model);
+/// The model's own scale, or the pipeline's range: of a file that says "any", or was published without metadata.
+/// Errors: file.
+ScaleRange scales_of(const io::Safetensors& model, const Pipeline& pipeline);
+/// The pipeline's options, within what the model allows. Errors: file.
+std::vector<PipelineOption> options_of(const io::Safetensors& model, const Pipeline& pipeline);
+
 struct FilterSettings {
     double scale;
     Size render, output;

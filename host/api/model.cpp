@@ -44,11 +44,10 @@ std::vector<fs::path> shipped_models() {
     return files;
 }
 
-template <typename Entry>
-const Entry* find_named(std::span<const Entry> entries, std::string_view name) {
-    const auto found =
-        std::find_if(entries.begin(), entries.end(), [&](const Entry& entry) { return entry.name == name; });
-    return found == entries.end() ? nullptr : &*found;
+const pipelines::FilterPipeline* find_filter(std::string_view name) {
+    const auto all = pipelines::filters();
+    const auto found = std::ranges::find(all, name, &pipelines::FilterPipeline::name);
+    return found == all.end() ? nullptr : &*found;
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -68,45 +67,6 @@ struct Model::State {
     std::vector<PipelineOption> options;
 };
 
-namespace {
-
-/// The pipeline that a file is for: its metadata say so, or a tensor that only one pipeline's files have.
-const pipelines::Pipeline& pipeline_of(const io::Safetensors& tensors) {
-    if (!tensors.metadata().contains("pipeline"))
-        for (const pipelines::Pipeline& known : pipelines::pipelines())
-            if (!known.mark.empty() && tensors.has(std::string(known.mark))) return known;
-    const std::string& name = tensors.require_metadata("pipeline");
-    if (const pipelines::Pipeline* found = find_named(pipelines::pipelines(), name)) return *found;
-    std::vector<std::string> names;
-    for (const pipelines::Pipeline& known : pipelines::pipelines()) names.emplace_back(known.name);
-    fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", tensors.path().string(), name, joined(names));
-}
-
-/// A model's own scale, or the pipeline's range: of a file that says "any", or was published without metadata.
-ScaleRange scales_of(const io::Safetensors& tensors, const pipelines::Pipeline& pipeline) {
-    if (!pipeline.any_scale) {
-        const int scale = tensors.require_integer("scale", static_cast<int>(pipeline.smallest_scale),
-                                                  static_cast<int>(pipeline.largest_scale));
-        return {static_cast<double>(scale), static_cast<double>(scale)};
-    }
-    const bool is_published_without = !pipeline.mark.empty() && !tensors.metadata().contains("scale");
-    if (is_published_without || tensors.require_metadata("scale") == "any")
-        return {pipeline.smallest_scale, pipeline.largest_scale};
-    const double scale = tensors.require_number("scale", pipeline.smallest_scale, pipeline.largest_scale);
-    return {scale, scale};
-}
-
-std::vector<PipelineOption> options_of(const io::Safetensors& tensors, const pipelines::Pipeline& pipeline) {
-    std::vector<PipelineOption> options = pipeline.options;
-    for (PipelineOption& option : options)
-        if (option.limited_by_model)
-            option.largest = option.usual = tensors.require_integer(option.name, static_cast<int>(option.smallest),
-                                                                    static_cast<int>(option.largest));
-    return options;
-}
-
-}  // namespace
-
 std::string PipelineOption::range() const {
     return fmt::format("{}from {:g} to {:g}", whole ? "a whole number " : "", smallest, largest);
 }
@@ -115,15 +75,15 @@ Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
     state->tensors = io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
-    const pipelines::Pipeline& pipeline = pipeline_of(*state->tensors);
+    const pipelines::Pipeline& pipeline = pipelines::pipeline_of(*state->tensors);
     state->pipeline = pipeline.name;
-    state->scales = scales_of(*state->tensors, pipeline);
+    state->scales = pipelines::scales_of(*state->tensors, pipeline);
     state->scale = state->scales.is_single() ? state->scales.smallest : scale;
     if (!state->scales.contains(state->scale))
         fail(ErrorKind::invalid_argument, "{}: scale {}; this model's are from {} to {}", path, scale,
              state->scales.smallest, state->scales.largest);
     state->metadata = state->tensors->metadata();
-    state->options = options_of(*state->tensors, pipeline);
+    state->options = pipelines::options_of(*state->tensors, pipeline);
     Model model(std::move(state));
     // Whether the tensors fit does not depend on the size; say so now rather than at the first use.
     constexpr Size kSmall{8, 8};
@@ -132,7 +92,7 @@ Model Model::load(const std::string& path, double scale) {
 }
 
 Model Model::filter(const std::string& name, double scale) {
-    const pipelines::FilterPipeline* filter = find_named(pipelines::filters(), name);
+    const pipelines::FilterPipeline* filter = find_filter(name);
     if (!filter) fail(ErrorKind::invalid_argument, "no filter is named \"{}\"; there are: {}", name, joined(names()));
     if (!std::isfinite(scale) || scale < 1)
         fail(ErrorKind::invalid_argument, "scale {}: a filter's scale is at least 1", scale);
@@ -145,7 +105,7 @@ Model Model::filter(const std::string& name, double scale) {
 }
 
 Model Model::find(const std::string& name_or_path, double scale) {
-    if (find_named(pipelines::filters(), name_or_path)) return filter(name_or_path, scale);
+    if (find_filter(name_or_path)) return filter(name_or_path, scale);
     const bool is_path = name_or_path.find('/') != std::string::npos || fs::path(name_or_path).has_extension();
     if (is_path) return load(name_or_path, scale);
     for (const fs::path& file : shipped_models())

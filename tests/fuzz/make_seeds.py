@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes tests/fuzz/seeds: small valid inputs, of which libFuzzer makes others. Needs oiiotool for the images."""
+"""Makes tests/fuzz/seeds: small valid inputs, of which libFuzzer makes others. Needs oiiotool, for the images, and the build."""
 import json
 import shutil
 import struct
@@ -22,6 +22,21 @@ write("address", "stream", b"ucx:127.0.0.1:7000/game")
 
 for model in ("stack_esr_max_x2.model", "stack_int8_1x1.golden", "mnss_x2_1x1.golden"):
     write("safetensors", model, (tests / "golden" / f"{model}.safetensors").read_bytes())
+
+for model in ("stack_all_x2", "stack_int8_1x1", "enss_x2_1x1", "srpo_x2", "mnss_x2_1x1"):
+    write("model", model, (tests / "golden" / f"{model}.model.safetensors").read_bytes())
+
+bench = seeds / "bench_file" / "bilinear"
+bench.parent.mkdir(parents=True, exist_ok=True)
+subprocess.run([tests.parent / "build/bin/clarus", "bench", "--models", "bilinear", "--sizes", "64x48", "--seconds", "0.2",
+                "--without-start", "-o", bench], check=True)
+bench.write_text(json.dumps(json.loads(bench.read_text())))  # shorter
+
+write("trace", "frame", json.dumps({"otherData": {"began": 1.5e9}, "traceEvents": [
+    {"ph": "M", "name": "process_name", "pid": 1, "args": {"name": "render"}},
+    {"ph": "M", "name": "thread_name", "pid": 1, "tid": 2, "args": {"name": "frames"}},
+    {"ph": "X", "name": "draw", "pid": 1, "tid": 2, "ts": 0, "dur": 9.5, "args": {"frame": "0000"}},
+    {"ph": "X", "name": "draw", "pid": 1, "tid": 2, "ts": 20, "dur": 9, "args": {"frame": "0001"}}]}).encode())
 
 write("sequence", "native", json.dumps({
     "version": 1, "render_size": [16, 8], "scale": 2, "frame_rate": 60, "color_space": "srgb",

@@ -1,0 +1,45 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "base/error.h"
+#include "pipelines/pipeline.h"
+
+namespace clarus::pipelines {
+
+const Pipeline& pipeline_of(const io::Safetensors& model) {
+    const std::span<const Pipeline> all = pipelines();
+    if (!model.metadata().contains("pipeline"))
+        for (const Pipeline& known : all)
+            if (!known.mark.empty() && model.has(std::string(known.mark))) return known;
+    const std::string& name = model.require_metadata("pipeline");
+    const auto found = std::ranges::find(all, name, &Pipeline::name);
+    if (found != all.end()) return *found;
+    std::string names;
+    for (const Pipeline& known : all) names += (names.empty() ? "" : ", ") + std::string(known.name);
+    fail(ErrorKind::file, "{}: metadata `pipeline` is \"{}\"; known: {}", model.path().string(), name, names);
+}
+
+ScaleRange scales_of(const io::Safetensors& model, const Pipeline& pipeline) {
+    if (!pipeline.any_scale) {
+        const int scale = model.require_integer("scale", static_cast<int>(pipeline.smallest_scale),
+                                                static_cast<int>(pipeline.largest_scale));
+        return {static_cast<double>(scale), static_cast<double>(scale)};
+    }
+    const bool is_published_without = !pipeline.mark.empty() && !model.metadata().contains("scale");
+    if (is_published_without || model.require_metadata("scale") == "any")
+        return {pipeline.smallest_scale, pipeline.largest_scale};
+    const double scale = model.require_number("scale", pipeline.smallest_scale, pipeline.largest_scale);
+    return {scale, scale};
+}
+
+std::vector<PipelineOption> options_of(const io::Safetensors& model, const Pipeline& pipeline) {
+    std::vector<PipelineOption> options = pipeline.options;
+    for (PipelineOption& option : options)
+        if (option.limited_by_model)
+            option.largest = option.usual =
+                model.require_integer(option.name, static_cast<int>(option.smallest), static_cast<int>(option.largest));
+    return options;
+}
+
+}  // namespace clarus::pipelines
