@@ -29,6 +29,8 @@ function(clarus_package component package summary)
   set(CPACK_COMPONENT_${upper}_DESCRIPTION "${summary}" PARENT_SCOPE)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package} RENAME copyright
           COMPONENT ${component})
+  install(FILES ${PROJECT_BINARY_DIR}/sbom.spdx.json DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package}
+          COMPONENT ${component})
 endfunction()
 clarus_package(runtime libclarus${PROJECT_VERSION_MAJOR} "Neural supersampling on OpenCL devices, the library")
 clarus_package(share libclarus-share${PROJECT_VERSION_MAJOR} "Frames shared with an upscaler in another process")

@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
     });
 
     CLI::App app("Neural supersampling on any OpenCL device.", "clarus");
-    app.set_version_flag("--version", "clarus " CLARUS_VERSION_STRING);
+    app.set_version_flag("--version", "clarus " CLARUS_VERSION_STRING "\nbuilt with " CLARUS_DEPENDENCIES);
     app.add_flag_callback(
         "--verbose", [&] { logger->set_level(spdlog::level::debug); }, "Say what is compiled, measured and chosen");
     app.fallthrough();

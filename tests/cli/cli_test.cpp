@@ -1388,7 +1388,8 @@ TEST_CASE("wrong usage is told apart from failure") {
     CHECK(place.upscale("bicubic", {"--precision", "fp8"}).exit_code == 2);
     CHECK(place.upscale("bicubic", {"--frames", "3"}).exit_code == 2);
     CHECK(run_tool({"upscale", "--help"}).exit_code == 0);
-    CHECK(contains(run_tool({"--version"}).out, "clarus"));
+    CHECK(run_tool({"--version"}).out.starts_with("clarus 0."));
+    CHECK(contains(run_tool({"--version"}).out, ", fmt "));
 }
 
 TEST_CASE("a sequence's faults are found before anything is written") {

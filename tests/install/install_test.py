@@ -3,6 +3,7 @@
 usage: install_test.py BUILD_FOLDER SOURCE_FOLDER CMAKE [COMPONENT...]
 
 Without components, everything that was built is installed."""
+import json
 import os
 import re
 import shutil
@@ -105,6 +106,18 @@ class Installed(unittest.TestCase):
                     self.assertFalse(tree.encode() in content, f"{path} names {tree}")
                 if content.startswith(b"\x7fELF"):
                     self.assertNotRegex(output_of("readelf", "-d", path), "RUNPATH|RPATH")
+
+    def test_bill_of_materials(self):
+        with open(os.path.join(self.prefix, "share", "doc", "libclarus0", "sbom.spdx.json")) as file:
+            bill = json.load(file)
+        self.assertEqual(bill["spdxVersion"], "SPDX-2.3")
+        packages = {package["SPDXID"]: package for package in bill["packages"]}
+        self.assertEqual(len(packages), len(bill["packages"]))
+        for package in packages.values():
+            self.assertRegex(package["versionInfo"], r"\d", package["name"])
+        depended = {relation["relatedSpdxElement"] for relation in bill["relationships"]}
+        self.assertEqual(depended, set(packages))
+        self.assertIn("CLBlast", {package["name"] for package in packages.values()})
 
     def test_library_needs_little(self):
         needed = set(re.findall(r"NEEDED.*\[(.*)\.so\b.*\]", output_of("readelf", "-d", self.library)))
