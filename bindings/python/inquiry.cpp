@@ -4,9 +4,11 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "arrays.h"
 #include "clarus/device.h"
 #include "clarus/jitter.h"
 #include "clarus/model.h"
+#include "clarus/quality.h"
 #include "module.h"
 
 namespace nb = nanobind;
@@ -110,11 +112,29 @@ void add_models(nb::module_& module) {
     module.def("models", &Model::names, Released(), "Names that Model knows: shipped models, then filters.");
 }
 
+void add_quality_modes(nb::module_& module) {
+    module.def("quality_modes", &quality_modes, "From the least to the largest scale.");
+    module.def(
+        "quality_scale", [](const std::string& mode) { return quality_scale(mode); }, "mode"_a,
+        "Output over render size, along each axis.");
+    module.def(
+        "quality_render_size",
+        [](Pair output_size, double scale) {
+            const Size size = quality_render_size({output_size.first, output_size.second}, scale);
+            return Pair(size.width, size.height);
+        },
+        "output_size"_a, "scale"_a, "What to render for an output of this size: (width, height).");
+    module.def("jitter_count", &jitter_count, "scale"_a,
+               "How many points of a jitter sequence give each output pixel eight samples.");
+    module.def("mip_bias", &mip_bias, "scale"_a, "To add to the bias of the textures' mip levels.");
+}
+
 }  // namespace
 
 void add_inquiry(nb::module_& module) {
     add_devices(module);
     add_models(module);
+    add_quality_modes(module);
     module.def(
         "halton_jitter", [](int frame, int count) { return pair_of(halton_jitter(frame, count)); }, "frame"_a,
         "count"_a,

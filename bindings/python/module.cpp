@@ -7,4 +7,5 @@ NB_MODULE(_clarus, module) {
     clarus::python::add_errors(module);
     clarus::python::add_inquiry(module);
     clarus::python::add_upscaler(module);
+    clarus::python::add_metrics(module);
 }

@@ -11,5 +11,7 @@ void add_errors(nanobind::module_& module);
 /// What there is: devices, models, jitter.
 void add_inquiry(nanobind::module_& module);
 void add_upscaler(nanobind::module_& module);
+/// How near pictures are to a reference.
+void add_metrics(nanobind::module_& module);
 
 }  // namespace clarus::python

@@ -105,16 +105,27 @@ Input needed_input(const char* argument, nb::handle object, bool is_needed, cons
     return input_of(argument, object, format, size);
 }
 
+Input mask_input(const char* argument, nb::handle object, const std::optional<ImageFormat>& format, Size size) {
+    if (object.is_none()) return {};
+    if (!format)
+        throw Error(
+            ErrorKind::invalid_argument,
+            fmt::format("{0}: this Upscaler was made for none; {0}_format=(\"float32\", 1) has it take one", argument));
+    return input_of(argument, object, *format, size);
+}
+
 nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handle motion,
                    std::pair<float, float> jitter, bool reset, float exposure, float near_plane, float far_plane,
                    std::optional<Pair> render_size, std::optional<std::pair<float, float>> motion_scale,
-                   nb::object out) {
+                   nb::handle reactive_mask, nb::handle transparency_mask, nb::object out) {
     const UpscalerOptions& options = stream.options();
     const Size size = render_size ? size_of(*render_size) : stream.render_size();
     const Size output_size = stream.with([&](Upscaler& upscaler) { return upscaler.output_size(size); });
     const Input colors = needed_input("color", color, true, options.color_format, size);
     const Input depths = needed_input("depth", depth, stream.needs_depth(), options.depth_format, size);
     const Input motions = needed_input("motion", motion, stream.needs_motion(), options.motion_format, size);
+    const Input reactive = mask_input("reactive_mask", reactive_mask, options.reactive_format, size);
+    const Input transparency = mask_input("transparency_mask", transparency_mask, options.transparency_format, size);
     if (out.is_none()) out = new_array(options.output_format, output_size);
 
     FrameDescription frame;
@@ -122,6 +133,8 @@ nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handl
     frame.color = colors.image;
     frame.depth = depths.image;
     frame.motion = motions.image;
+    frame.reactive_mask = reactive.image;
+    frame.transparency_mask = transparency.image;
     frame.output = output_of("out", out, options.output_format, output_size);
     frame.jitter = vector_of(jitter);
     frame.reset = reset;
@@ -153,7 +166,8 @@ constexpr const char* upscale_help =
 Arrays are what has __dlpack__ or the buffer protocol, in host memory: `color` (height, width, channels), `depth`
 (height, width), `motion` (height, width, 2). They are not copied, unless pixels are not beside each other. `jitter` is
 in render pixels; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour.
-`render_size` and `motion_scale` are this frame's, where they are others (dynamic_resolution).
+`render_size` and `motion_scale` are this frame's, where they are others (dynamic_resolution). `reactive_mask` and
+`transparency_mask` (height, width) are 1 where history is not to be trusted, 0 elsewhere.
 
 Returns when the frame is done; other threads of Python run meanwhile. Raises InvalidArgumentError, naming the argument,
 and, of the first frame as prepare() does, BuildError, OutOfMemoryError, DeviceError.)";
@@ -162,7 +176,8 @@ constexpr const char* upscale_signature =
     "def upscale(self, color: object, depth: object | None = None, motion: object | None = None, *, "
     "jitter: tuple[float, float] = (0.0, 0.0), reset: bool = False, exposure: float = 1.0, near_plane: float = 0.0, "
     "far_plane: float = 0.0, render_size: tuple[int, int] | None = None, "
-    "motion_scale: tuple[float, float] | None = None, out: object | None = None) -> numpy.ndarray";
+    "motion_scale: tuple[float, float] | None = None, reactive_mask: object | None = None, "
+    "transparency_mask: object | None = None, out: object | None = None) -> numpy.ndarray";
 
 }  // namespace
 
@@ -176,9 +191,10 @@ void add_upscaler(nb::module_& module) {
                const std::string& precision, const std::string& tuning, const std::string& color_space,
                bool depth_projective, bool depth_reversed, std::pair<float, float> motion_scale, bool motion_jittered,
                bool motion_sampled_at_jitter, const Format& color_format, const Format& depth_format,
-               const Format& motion_format, const Format& output_format, std::optional<Pair> output_size,
-               const std::string& antialias_input, const std::string& antialias, float sharpen,
-               const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
+               const Format& motion_format, const std::optional<Format>& reactive_mask_format,
+               const std::optional<Format>& transparency_mask_format, const Format& output_format,
+               std::optional<Pair> output_size, const std::string& antialias_input, const std::string& antialias,
+               float sharpen, const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
                const std::string& placement, bool fallback, int band_rows, const std::vector<std::string>& views) {
                 UpscalerOptions options;
                 options.precision = value_of<Precision>(
@@ -196,6 +212,10 @@ void add_upscaler(nb::module_& module) {
                 options.color_format = format_of("color_format", color_format);
                 options.depth_format = format_of("depth_format", depth_format);
                 options.motion_format = format_of("motion_format", motion_format);
+                if (reactive_mask_format)
+                    options.reactive_format = format_of("reactive_mask_format", *reactive_mask_format);
+                if (transparency_mask_format)
+                    options.transparency_format = format_of("transparency_mask_format", *transparency_mask_format);
                 options.output_format = format_of("output_format", output_format);
                 if (output_size) options.output_size = size_of(*output_size);
                 options.antialias_input = antialiasing_of("antialias_input", antialias_input);
@@ -216,6 +236,7 @@ void add_upscaler(nb::module_& module) {
             "depth_reversed"_a = false, "motion_scale"_a = std::pair(1.0f, 1.0f), "motion_jittered"_a = false,
             "motion_sampled_at_jitter"_a = false, "color_format"_a = std::pair("float32", 3),
             "depth_format"_a = std::pair("float32", 1), "motion_format"_a = std::pair("float32", 2),
+            "reactive_mask_format"_a = nb::none(), "transparency_mask_format"_a = nb::none(),
             "output_format"_a = std::pair("float32", 3), "output_size"_a = nb::none(), "antialias_input"_a = "none",
             "antialias"_a = "none", "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
             "dynamic_resolution"_a = false, "placement"_a = usual.placement, "fallback"_a = false, "band_rows"_a = 0,
@@ -223,7 +244,8 @@ void add_upscaler(nb::module_& module) {
         .def("upscale", &upscale, nb::sig(upscale_signature), "color"_a.none(), "depth"_a = nb::none(),
              "motion"_a = nb::none(), nb::kw_only(), "jitter"_a = std::pair(0.0f, 0.0f), "reset"_a = false,
              "exposure"_a = 1.0f, "near_plane"_a = 0.0f, "far_plane"_a = 0.0f, "render_size"_a = nb::none(),
-             "motion_scale"_a = nb::none(), "out"_a = nb::none(), upscale_help)
+             "motion_scale"_a = nb::none(), "reactive_mask"_a = nb::none(), "transparency_mask"_a = nb::none(),
+             "out"_a = nb::none(), upscale_help)
         .def(
             "prepare", [](Stream& stream) { stream.with([](Upscaler& upscaler) { upscaler.prepare(); }); },
             "Compiles, tunes where `tuning` says so, and allocates: what the first frame would do. Raises BuildError, "

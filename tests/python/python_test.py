@@ -157,6 +157,21 @@ class Pictures(unittest.TestCase):
             small = made.upscale(*made_up(0, (40, 24)), render_size=(40, 24))
         self.assertEqual(small.shape, (48, 80, 3))
 
+    def test_masks(self):
+        everywhere = np.ones((RENDER[1], RENDER[0]), np.float32)
+        with upscaler(reactive_mask_format=("float32", 1), transparency_mask_format=("uint8", 1)) as made:
+            def second(**masks):
+                made.upscale(*made_up(0), reset=True)
+                return made.upscale(*made_up(1), **masks)
+
+            plain, reactive = second(), second(reactive_mask=everywhere)
+            np.testing.assert_array_equal(second(reactive_mask=0 * everywhere), plain)
+            self.assertFalse(np.array_equal(reactive, plain))
+            transparent = second(transparency_mask=np.full((RENDER[1], RENDER[0]), 255, np.uint8))
+            np.testing.assert_array_equal(transparent, reactive)
+        with upscaler() as made, self.assertRaisesRegex(clarus.InvalidArgumentError, "reactive_mask_format"):
+            made.upscale(*made_up(0), reactive_mask=everywhere)
+
     def test_a_view(self):
         with upscaler() as made:
             name = made.view_names[0]
@@ -322,6 +337,47 @@ class Inquiry(unittest.TestCase):
                 call()
 
 
+    def test_quality_modes(self):
+        modes = clarus.quality_modes()
+        scales = [clarus.quality_scale(mode) for mode in modes]
+        self.assertEqual(scales, sorted(scales))
+        self.assertEqual(clarus.quality_render_size((1920, 1080), 1.5), (1280, 720))
+        self.assertEqual((clarus.jitter_count(2), clarus.mip_bias(2)), (32, -1))
+        with self.assertRaisesRegex(clarus.InvalidArgumentError, "performance"):
+            clarus.quality_scale("best")
+
+    def test_metrics(self):
+        image = made_up(0)[0]
+        self.assertEqual((clarus.psnr(image, image), clarus.ssim(image, image)), (100, 1))
+        other = np.clip(image + np.float32(0.1), 0, 2)
+        self.assertAlmostEqual(clarus.psnr(other, image), 20, 3)
+        self.assertLess(clarus.ssim(other, image), 1)
+        for pattern, arrays in {"image: wanted": (image[..., :2], image), "reference: wanted": (image, image[0]),
+                                "48": (image, image[:-1])}.items():
+            with self.subTest(pattern), self.assertRaisesRegex(clarus.InvalidArgumentError, pattern):
+                clarus.psnr(*arrays)
+        with self.assertRaisesRegex(clarus.InvalidArgumentError, "11x11"):
+            clarus.ssim(image[:5], image[:5])
+
+    @unittest.skipUnless(OpenImageIO, "python3-openimageio is missing, to read what was saved")
+    def test_pictures(self):
+        color = made_up(0)[0]
+        color[0, 0] = (2, -1, np.nan)
+        for array, channels in ((color, 3), (color[..., 0], 1), (color[..., :1], 1), (np.zeros((3, 5, 4), np.float16), 4)):
+            with tempfile.TemporaryDirectory() as folder:
+                picture = clarus.Picture(array)
+                picture.save(folder + "/saved.png")
+                read = OpenImageIO.ImageBuf(folder + "/saved.png")
+                pixels = read.get_pixels(OpenImageIO.UINT8)
+            self.assertEqual(pixels.shape, (*array.shape[:2], channels))
+            expected = np.floor(np.clip(np.nan_to_num(array.astype(np.float32)), 0, 1) * np.float32(255) + np.float32(0.5))
+            np.testing.assert_array_equal(pixels.reshape(expected.shape), expected)
+            self.assertTrue(picture._repr_png_().startswith(b"\x89PNG"))
+        for wrong in (np.zeros((2, 2, 2)), np.zeros((2, 2), int), np.zeros((0, 2)), np.zeros(3)):
+            with self.assertRaises(clarus.InvalidArgumentError):
+                clarus.Picture(wrong)
+
+
 class Package(unittest.TestCase):
     folder = pathlib.Path(clarus.__file__).parent
 
@@ -347,7 +403,7 @@ class Package(unittest.TestCase):
                               else [target.id for target in node.targets] if isinstance(node, ast.Assign) else [])}
         public = {name for name in vars(clarus._clarus) if not name.startswith("_")}
         self.assertEqual(public, named)
-        self.assertEqual(public - {"version"} | {"__version__"}, set(clarus.__all__))
+        self.assertEqual(public - {"version"} | {"__version__", "Picture"}, set(clarus.__all__))
 
     def test_documents_name_everything(self):
         text = (TREE / "docs/python.md").read_text()

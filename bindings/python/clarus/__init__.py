@@ -16,11 +16,19 @@ from clarus._clarus import (
     cache_directory,
     devices,
     halton_jitter,
+    jitter_count,
+    mip_bias,
     mnss_jitter,
     models,
+    psnr,
+    quality_modes,
+    quality_render_size,
+    quality_scale,
     random_jitter,
+    ssim,
 )
 from clarus._clarus import version as __version__
+from clarus.picture import Picture
 
 __all__ = [
     "BuildError",
@@ -33,15 +41,23 @@ __all__ = [
     "Model",
     "NoDeviceError",
     "OutOfMemoryError",
+    "Picture",
     "PipelineOption",
     "Upscaler",
     "__version__",
     "cache_directory",
     "devices",
     "halton_jitter",
+    "jitter_count",
+    "mip_bias",
     "mnss_jitter",
     "models",
+    "psnr",
+    "quality_modes",
+    "quality_render_size",
+    "quality_scale",
     "random_jitter",
+    "ssim",
 ]
 
 # Tracebacks and help name a class as programs do.
