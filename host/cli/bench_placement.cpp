@@ -92,7 +92,7 @@ void bench_placement(const Options& options) {
 void add_bench_placement_command(CLI::App& bench) {
     CLI::App& command = *bench.add_subcommand("placement", "Measure how several devices share one model");
     const auto options = std::make_shared<Options>();
-    command.add_option("--devices", options->devices, "Two or more selectors between commas, as `upscale --device`")
+    command.add_option("--devices", options->devices, "Two or more selectors between commas, as `upscale --device`; with --streams, also one")
         ->type_name("SEL,SEL")
         ->required();
     command.add_option("--model", options->model, "A name from `clarus models`, or a model file")->required();
@@ -123,7 +123,8 @@ void add_bench_placement_command(CLI::App& bench) {
         "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model srpo-x2 --placement all "
         "-o placements.html\n"
         "  clarus bench placement --devices \"cpu/1, cpu/1=dsp\" --model mnss-x2-int8 --placement "
-        "\"*convolution*=dsp\" --streams 2");
+        "\"*convolution*=dsp\" --streams 2\n"
+        "  clarus bench placement --devices gpu --model enss-s-x2 --streams 10");
     command.callback([options] { bench_placement(*options); });
 }
 

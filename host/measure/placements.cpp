@@ -131,12 +131,17 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
                                                 const PlacementOptions& options,
                                                 const std::function<void(double)>& progress) {
     const size_t count = devices.profiles().size();
-    if (count < 2)
-        fail(ErrorKind::invalid_argument, "placements are of several devices, between commas: \"cpu/1, cpu/1=dsp\"");
+    if (count < 2 && options.streams < 2)
+        fail(ErrorKind::invalid_argument,
+             "placements are of several devices, between commas: \"cpu/1, cpu/1=dsp\"; of one, --streams 2 or more can "
+             "be measured");
+    if (count < 2 && (options.every_cut || !options.rules.empty()))
+        fail(ErrorKind::invalid_argument, "--placement is for several devices, and there is one");
     std::vector<TestFrame> frames;
     for (int index = 0; index < kSequenceFrames; ++index) frames.push_back(test_frame(render, index));
 
-    Running alone(devices, model, render, "", frames);
+    const std::string by_default = UpscalerOptions().placement;
+    Running alone(devices, model, render, count < 2 ? by_default : "", frames);
     std::vector<std::string> stages;
     for (const PlacedPart& part : alone.upscaler().placement())
         for (const std::string& stage : part.stages)
@@ -144,8 +149,9 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
 
     std::vector<Named> placements;
     for (size_t device = 0; device < count; ++device)
-        placements.push_back({fmt::format("all on {}", device), fmt::format("*={}", device)});
-    placements.push_back({"auto", "auto"});
+        placements.push_back(
+            {fmt::format("all on {}", device), count < 2 ? by_default : fmt::format("*={}", device)});
+    if (count > 1) placements.push_back({"auto", "auto"});
     if (!options.rules.empty()) placements.push_back({options.rules, options.rules});
     if (options.every_cut)
         for (Named& cut : cuts(stages)) placements.push_back(std::move(cut));
@@ -156,7 +162,7 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
         Running running(devices, model, render, placement.rules, frames);
         std::vector<double> latencies, periods, ratios;
         // "auto" may choose another placement when it measures again.
-        std::string rules;
+        std::string rules = count < 2 ? by_default : "";
         for (const PlacedPart& part : running.upscaler().placement())
             for (const std::string& stage : part.stages) rules += fmt::format("{}={},", stage, part.device);
         std::vector<std::unique_ptr<Running>> others;
