@@ -1,10 +1,10 @@
-// The caller's colour, depth, motion and masks into their canonical form (docs/conventions.md), and the planes of the
-// jitter and the scale: one pass over the frame.
+// The caller's images into their canonical form (docs/conventions.md), and the planes of the jitter and the scale: one
+// pass over the frame.
 //
-// Options: WIDTH, HEIGHT (of the largest; depth and motion may be smaller than colour); the layouts COLOR_*, DEPTH_*,
-// MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*, REACTIVE_*, TRANSPARENCY_* of what the pipeline uses, each but motion with
-// a …_STORAGE (half or float); for each resource T of them the caller's format, RAW_T (ElementType's name) and
-// RAW_T_COMPONENTS;
+// Options: WIDTH, HEIGHT (of the largest); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*,
+// REACTIVE_*, TRANSPARENCY_*, OPAQUE_*, UI_* of what the pipeline uses, each but motion with a …_STORAGE (half or
+// float), all with …_SMALLER (whether another is larger); for each resource T of them the caller's format, RAW_T
+// (ElementType's name) and RAW_T_COMPONENTS;
 // LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is (bytes to its first pixel, bytes from row to
 // row).
 
@@ -126,29 +126,65 @@ inline float canonical_depth(float raw, Frame frame) {
 #define TRANSPARENCY_PARAMETERS
 #define TRANSPARENCY_PASSED
 #endif
+#ifdef OPAQUE_WIDTH
+#define OPAQUE_PARAMETERS global const uchar *raw_opaque, uint2 opaque_place, global OPAQUE_STORAGE *opaque,
+#define OPAQUE_PASSED raw_opaque, opaque_place, opaque,
+#else
+#define OPAQUE_PARAMETERS
+#define OPAQUE_PASSED
+#endif
+#ifdef UI_WIDTH
+#define UI_PARAMETERS global const uchar *raw_ui, uint2 ui_place, global UI_STORAGE *ui,
+#define UI_PASSED raw_ui, ui_place, ui,
+#else
+#define UI_PARAMETERS
+#define UI_PASSED
+#endif
 #define FRAME_PARAMETERS                                                                                         \
     COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS \
-        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS Frame frame
+        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS OPAQUE_PARAMETERS UI_PARAMETERS Frame frame
 #define FRAME_PASSED                                                                                     \
     COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED REACTIVE_PASSED \
-        TRANSPARENCY_PASSED frame
+        TRANSPARENCY_PASSED OPAQUE_PASSED UI_PASSED frame
 
 // Whether pixel (x, y) of the largest image is one of T's.
 #define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
+
+// Colours of pixels of a row, as many as `pixels` and T have from (x0, y) on, into `values` of four pixels.
+#define READ_COLORS(T, row, values)                                                             \
+    _Pragma("unroll") for (int i = 0; i < 16; ++i) {                                            \
+        const int last = T##_SMALLER ? min(pixels, T##_WIDTH - x0) - 1 : pixels - 1;            \
+        const int x = x0 + min(i / 4, last);                                                    \
+        values[i] = i % 4 == 3 ? 0 : readable(READ(T, row, i % 4));                             \
+    }
+#ifdef LINEAR_COLOR
+#define ENCODE_COLORS(values) vstore16(display_values(vload16(0, values), frame.exposure), 0, values)
+#else
+#define ENCODE_COLORS(values)
+#endif
+#define WRITE_COLORS(T, values, written)                              \
+    do {                                                              \
+        WRITE(T, values[4 * i], written, 0);                          \
+        WRITE(T, values[4 * i + 1], written, 1);                      \
+        WRITE(T, values[4 * i + 2], written, 2);                      \
+    } while (0)
 
 // `pixels` of a row, 1 … 4, from (x0, y) on. Colours of four fill a vector.
 INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_PARAMETERS) {
 #ifdef COLOR_WIDTH
     global const uchar* color_row = raw_color + color_place.x + (size_t)y * color_place.y;
     float colors[16];
-#pragma unroll
-    for (int i = 0; i < 16; ++i) {
-        const int x = x0 + min(i / 4, pixels - 1);
-        colors[i] = i % 4 == 3 ? 0 : readable(READ(COLOR, color_row, i % 4));
-    }
-#ifdef LINEAR_COLOR
-    vstore16(display_values(vload16(0, colors), frame.exposure), 0, colors);
+    if (BELONGS(COLOR, x0, y)) READ_COLORS(COLOR, color_row, colors)
+    ENCODE_COLORS(colors);
 #endif
+#ifdef OPAQUE_WIDTH
+    global const uchar* opaque_row = raw_opaque + opaque_place.x + (size_t)y * opaque_place.y;
+    float opaque_colors[16];
+    if (BELONGS(OPAQUE, x0, y)) READ_COLORS(OPAQUE, opaque_row, opaque_colors)
+    ENCODE_COLORS(opaque_colors);
+#endif
+#ifdef UI_WIDTH
+    global const uchar* ui_row = raw_ui + ui_place.x + (size_t)y * ui_place.y;
 #endif
 #ifdef DEPTH_WIDTH
     global const uchar* depth_row = raw_depth + depth_place.x + (size_t)y * depth_place.y;
@@ -169,9 +205,14 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
         const int x = x0 + i;
         if (i < pixels) {
 #ifdef COLOR_WIDTH
-            WRITE(COLOR, colors[4 * i], color, 0);
-            WRITE(COLOR, colors[4 * i + 1], color, 1);
-            WRITE(COLOR, colors[4 * i + 2], color, 2);
+            if (BELONGS(COLOR, x, y)) WRITE_COLORS(COLOR, colors, color);
+#endif
+#ifdef OPAQUE_WIDTH
+            if (BELONGS(OPAQUE, x, y)) WRITE_COLORS(OPAQUE, opaque_colors, opaque);
+#endif
+#ifdef UI_WIDTH
+            if (BELONGS(UI, x, y))
+                for (int c = 0; c < 4; ++c) WRITE(UI, within_unit(READ(UI, ui_row, c)), ui, c);
 #endif
 #ifdef DEPTH_WIDTH
             if (BELONGS(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);
@@ -184,13 +225,13 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
                 WRITE(TRANSPARENCY, within_unit(READ(TRANSPARENCY, transparency_row, 0)), transparency, 0);
 #endif
 #ifdef JITTER_X_WIDTH
-            WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
+            if (BELONGS(JITTER_X, x, y)) WRITE(JITTER_X, frame.jitter_x, jitter_x, 0);
 #endif
 #ifdef JITTER_Y_WIDTH
-            WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
+            if (BELONGS(JITTER_Y, x, y)) WRITE(JITTER_Y, frame.jitter_y, jitter_y, 0);
 #endif
 #ifdef SCALE_WIDTH
-            WRITE(SCALE, frame.scale, scale, 0);
+            if (BELONGS(SCALE, x, y)) WRITE(SCALE, frame.scale, scale, 0);
 #endif
 #ifdef MOTION_WIDTH
             if (!BELONGS(MOTION, x, y)) continue;

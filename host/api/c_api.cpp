@@ -176,6 +176,8 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.output_format = format(from.output_format);
     if (from.reactive_format.channels != 0) options.reactive_format = format(from.reactive_format);
     if (from.transparency_format.channels != 0) options.transparency_format = format(from.transparency_format);
+    if (from.opaque_format.channels != 0) options.opaque_format = format(from.opaque_format);
+    if (from.ui_format.channels != 0) options.ui_format = format(from.ui_format);
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
@@ -219,7 +221,6 @@ clarus::FrameDescription frame_from(const clarus_frame& given_frame) {
     frame.reactive_mask = image(from.reactive_mask);
     frame.transparency_mask = image(from.transparency_mask);
     frame.opaque_color = image(from.opaque_color);
-    frame.hudless_color = image(from.hudless_color);
     frame.ui = image(from.ui);
     if (from.camera) {
         clarus::FrameParameters::Camera& camera = frame.camera.emplace();

@@ -101,19 +101,13 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
                      context, use);
 }
 
-void check_mask(std::string_view name, const Image& image, std::string_view option,
-                const std::optional<ImageFormat>& format, Size size, cl_context context) {
+void check_optional(std::string_view name, const Image& image, std::string_view option,
+                    const std::optional<ImageFormat>& format, Size size, cl_context context) {
     if (image.empty()) return;
     if (!format)
         fail(ErrorKind::invalid_argument, "frame.{}: options.{} is not set, so that it would not be read", name,
              option);
     check_image(name, image, *format, size, context);
-}
-
-void check_optional(std::string_view name, const Image& image, Size render, Size output) {
-    if (!image.empty() && image.size != render && image.size != output)
-        fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels; neither render nor output resolution", name,
-             image.size.width, image.size.height);
 }
 
 }  // namespace
@@ -130,6 +124,12 @@ void check_options(const runtime::PlanOptions& options, const graph::Graph& grap
     if (options.reactive_format) check_format("reactive_format", *options.reactive_format, 1, kMostChannels);
     if (options.transparency_format)
         check_format("transparency_format", *options.transparency_format, 1, kMostChannels);
+    if (options.opaque_format) check_format("opaque_format", *options.opaque_format, 3, kMostChannels);
+    if (options.ui_format) check_format("ui_format", *options.ui_format, 4, 4);
+    if (options.ui_format && options.color_space == ColorSpace::linear)
+        fail(ErrorKind::invalid_argument,
+             "options.ui_format: user interface is drawn over display-encoded output; over linear output it comes "
+             "after the display's tone curve");
     check_format("output_format", options.output_format, 3, 4);
     if (!is_real(options.motion_format.type))
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
@@ -164,12 +164,14 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);
-    check_mask("reactive_mask", frame.reactive_mask, "reactive_format", options.reactive_format, sizes.render, context);
-    check_mask("transparency_mask", frame.transparency_mask, "transparency_format", options.transparency_format,
-               sizes.render, context);
-    check_optional("opaque_color", frame.opaque_color, sizes.render, sizes.output);
-    check_optional("hudless_color", frame.hudless_color, sizes.render, sizes.output);
-    check_optional("ui", frame.ui, sizes.render, sizes.output);
+    check_optional("reactive_mask", frame.reactive_mask, "reactive_format", options.reactive_format, sizes.render,
+                   context);
+    check_optional("transparency_mask", frame.transparency_mask, "transparency_format", options.transparency_format,
+                   sizes.render, context);
+    if (needs.opaque_color && frame.opaque_color.empty())
+        fail(ErrorKind::invalid_argument, "frame.opaque_color: none, though options.opaque_format is set");
+    check_optional("opaque_color", frame.opaque_color, "opaque_format", options.opaque_format, sizes.render, context);
+    check_optional("ui", frame.ui, "ui_format", options.ui_format, sizes.output, context);
 }
 
 int sample_position(double jitter, int scale) {

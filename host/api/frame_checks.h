@@ -11,7 +11,7 @@ void check_options(const runtime::PlanOptions& options, const graph::Graph& grap
 
 /// What frames must bring beside colour.
 struct Needs {
-    bool depth, motion;
+    bool depth, motion, opaque_color;
 };
 
 /// What sizes a frame's images must have: colour; depth and motion (`render`); the output.

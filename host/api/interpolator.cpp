@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/build_graph.h"
+#include "api/effects.h"
 #include "api/stream.h"
 #include "base/error.h"
 
@@ -29,7 +30,7 @@ double scale_of(Size render, Size output) {
     return *scale;
 }
 
-SizedGraph build(Size render, Size output) {
+SizedGraph build(Size render, Size output, const InterpolatorOptions& options) {
     const double scale = scale_of(render, output);
     graph::Graph graph;
     const graph::Value color = graph.input(graph::Resource::color, output);
@@ -40,14 +41,15 @@ SizedGraph build(Size render, Size output) {
     const graph::Value landed = graph.landed_depth(motion, depth, kMiddle);
     const graph::Value source = graph.landed_source(motion, depth, landed, kMiddle);
     graph.output = graph.between(graph.middle_motion(motion, depth, source), color, previous, scale);
-    return {std::move(graph), {.color = output, .render = render, .output = output}, scale};
+    return {with_ui(graph, options), {.color = output, .render = render, .output = output}, scale};
 }
 
 }  // namespace
 
 struct Interpolator::State {
     State(Device device, Size render, Size output, const InterpolatorOptions& options)
-        : stream(std::move(device), [output](Size of) { return build(of, output); }, render, {options, 0, {}}) {}
+        : stream(std::move(device), [output, options](Size of) { return build(of, output, options); }, render,
+                 {options, 0, {}}) {}
     Stream stream;
 };
 

@@ -297,7 +297,8 @@ FrameEvent Stream::submit(const FrameDescription& frame) {
     const Size render = frame.render_size == Size{} ? largest_.sizes.render : frame.render_size;
     std::optional<SizedGraph> other;
     if (render != sizes_.render) other = built(render);
-    check_frame(frame, options_, other ? other->sizes : sizes_, {needs_depth(), needs_motion()}, context_of_images());
+    check_frame(frame, options_, other ? other->sizes : sizes_,
+                {needs_depth(), needs_motion(), ingests(&runtime::IngestProblem::opaque_color)}, context_of_images());
     leave_failed_device();
     prepare();
     bool without_history = frame.reset || reset_;

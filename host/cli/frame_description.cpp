@@ -16,6 +16,8 @@ FrameDescription describe_frame(const io::Sequence& sequence, const io::FrameFil
     result.motion = image_of(pixels.motion);
     result.reactive_mask = image_of(pixels.reactive_mask);
     result.transparency_mask = image_of(pixels.transparency_mask);
+    result.opaque_color = image_of(pixels.opaque_color);
+    result.ui = image_of(pixels.ui);
     return result;
 }
 

@@ -63,6 +63,8 @@ UpscalerOptions options_for(UpscalerOptions settings, const io::Sequence& sequen
     const ImageFormat mask{ElementType::f32, 1};  // as io/frames reads it
     if (sequence.any_has("reactive")) settings.reactive_format = mask;
     if (sequence.any_has("transparency")) settings.transparency_format = mask;
+    if (sequence.any_has("opaque_color")) settings.opaque_format = ImageFormat{ElementType::f32, 3};
+    if (sequence.any_has("ui")) settings.ui_format = ImageFormat{ElementType::f32, 4};
     return settings;
 }
 

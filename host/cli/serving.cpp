@@ -85,6 +85,8 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     if (stream->has_motion) options.motion_format = stream->motion_format;
     options.reactive_format = stream->reactive_format;
     options.transparency_format = stream->transparency_format;
+    options.opaque_format = stream->opaque_format;
+    options.ui_format = stream->ui_format;
     Device device = Device::open(settings.device);
     Upscaler upscaler(device, model, sequence.render_size, options);
     check_resources(upscaler, model, *stream, name_);
@@ -131,7 +133,8 @@ std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
 
     if (seat->buffers)
         seat->buffers->replace({&frame.inputs.color, &frame.inputs.depth, &frame.inputs.motion,
-                                &frame.inputs.reactive_mask, &frame.inputs.transparency_mask});
+                                &frame.inputs.reactive_mask, &frame.inputs.transparency_mask,
+                                &frame.inputs.opaque_color, &frame.inputs.ui});
     return {seat, &seat->upscaler};
 }
 

@@ -18,15 +18,17 @@ namespace {
 clarus_share_description describe(const io::Sequence& sequence, bool has_depth, bool has_motion, bool is_dynamic,
                                   const ShareOptions& options) {
     clarus_share_description description = clarus_share_default_description();
-    const auto resource = [&](int channels) {
-        return clarus_share_resource{
-            {CLARUS_F32, channels}, sequence.render_size.width, sequence.render_size.height, 0};
+    const auto image = [&](int channels, Size size) {
+        return clarus_share_resource{{CLARUS_F32, channels}, size.width, size.height, 0};
     };
+    const auto resource = [&](int channels) { return image(channels, sequence.render_size); };
     description.resources[CLARUS_SHARE_COLOR] = resource(3);
     if (has_depth) description.resources[CLARUS_SHARE_DEPTH] = resource(1);
     if (has_motion) description.resources[CLARUS_SHARE_MOTION] = resource(2);
     if (sequence.any_has("reactive")) description.resources[CLARUS_SHARE_REACTIVE_MASK] = resource(1);
     if (sequence.any_has("transparency")) description.resources[CLARUS_SHARE_TRANSPARENCY_MASK] = resource(1);
+    if (sequence.any_has("opaque_color")) description.resources[CLARUS_SHARE_OPAQUE_COLOR] = resource(3);
+    if (sequence.any_has("ui")) description.resources[CLARUS_SHARE_UI] = image(4, sequence.output_size());
     description.slots = options.slots;
     description.policy = options.newest ? CLARUS_SHARE_NEWEST_FRAME : CLARUS_SHARE_EVERY_FRAME;
     description.linear_color = sequence.color_space == ColorSpace::linear;
@@ -92,10 +94,17 @@ void fill_in(clarus_share_frame& frame, const io::Sequence& sequence, const io::
 }
 
 /// Where the stream has such masks. Of a frame without one, zeros: a stream's frames all bring the same.
-void copy_mask(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& mask) {
-    if (!frame.images[kind].pixels) return;
-    if (!mask.values.empty()) return SharePublisher::copy(frame, kind, mask.values.data());
-    const std::vector<float> none(static_cast<size_t>(frame.width) * frame.height);
+/// Zeros where this frame has none.
+void copy_optional(const clarus_share_frame& frame, clarus_share_kind kind, const io::Pixels& pixels) {
+    const clarus_share_image& image = frame.images[kind];
+    if (!image.pixels) return;
+    if (!pixels.values.empty()) {
+        if (pixels.size != Size{image.width, image.height})
+            fail(ErrorKind::file, "frame {}: {} has {}x{} pixels where {}x{} are shared", frame.number,
+                 clarus_share_kind_name(kind), pixels.size.width, pixels.size.height, image.width, image.height);
+        return SharePublisher::copy(frame, kind, pixels.values.data());
+    }
+    const std::vector<float> none(static_cast<size_t>(image.width) * image.height * image.format.channels);
     SharePublisher::copy(frame, kind, none.data());
 }
 
@@ -145,8 +154,10 @@ bool SharedFrames::share(const io::FrameFiles& files, const io::FramePixels& pix
         SharePublisher::copy(frame, CLARUS_SHARE_COLOR, pixels.color.values.data());
         SharePublisher::copy(frame, CLARUS_SHARE_DEPTH, pixels.depth.values.data());
         SharePublisher::copy(frame, CLARUS_SHARE_MOTION, pixels.motion.values.data());
-        copy_mask(frame, CLARUS_SHARE_REACTIVE_MASK, pixels.reactive_mask);
-        copy_mask(frame, CLARUS_SHARE_TRANSPARENCY_MASK, pixels.transparency_mask);
+        copy_optional(frame, CLARUS_SHARE_REACTIVE_MASK, pixels.reactive_mask);
+        copy_optional(frame, CLARUS_SHARE_TRANSPARENCY_MASK, pixels.transparency_mask);
+        copy_optional(frame, CLARUS_SHARE_OPAQUE_COLOR, pixels.opaque_color);
+        copy_optional(frame, CLARUS_SHARE_UI, pixels.ui);
         publisher_.end(frame);
     }
     rendering_.emplace(trace_, Trace::Track::main, "render");

@@ -47,14 +47,15 @@ std::shared_ptr<const SharedStream> describe(std::shared_ptr<clarus_share_reader
     stream->has_motion = motion.width != 0;
     if (stream->has_depth) stream->depth_format = format_of(depth);
     if (stream->has_motion) stream->motion_format = format_of(motion);
-    const auto mask_format = [&](clarus_share_kind kind) -> std::optional<ImageFormat> {
+    const auto optional_format = [&](clarus_share_kind kind) -> std::optional<ImageFormat> {
         if (from.resources[kind].width == 0) return std::nullopt;
         return format_of(from.resources[kind]);
     };
-    stream->reactive_format = mask_format(CLARUS_SHARE_REACTIVE_MASK);
-    stream->transparency_format = mask_format(CLARUS_SHARE_TRANSPARENCY_MASK);
-    for (const auto kind : {CLARUS_SHARE_OPAQUE_COLOR, CLARUS_SHARE_HUDLESS_COLOR, CLARUS_SHARE_UI,
-                            CLARUS_SHARE_EXPOSURE, CLARUS_SHARE_DISTORTION})
+    stream->reactive_format = optional_format(CLARUS_SHARE_REACTIVE_MASK);
+    stream->transparency_format = optional_format(CLARUS_SHARE_TRANSPARENCY_MASK);
+    stream->opaque_format = optional_format(CLARUS_SHARE_OPAQUE_COLOR);
+    stream->ui_format = optional_format(CLARUS_SHARE_UI);
+    for (const auto kind : {CLARUS_SHARE_HUDLESS_COLOR, CLARUS_SHARE_EXPOSURE, CLARUS_SHARE_DISTORTION})
         if (from.resources[kind].width != 0) stream->unread.emplace_back(clarus_share_kind_name(kind));
     stream->is_dynamic = from.dynamic_resolution != 0;
     stream->is_newest = from.policy == CLARUS_SHARE_NEWEST_FRAME;
@@ -187,6 +188,8 @@ SourceFrame SharedSource::frame_of(const clarus_share_frame& shared, uint64_t sk
     inputs.motion = image_of(shared.images[CLARUS_SHARE_MOTION]);
     inputs.reactive_mask = image_of(shared.images[CLARUS_SHARE_REACTIVE_MASK]);
     inputs.transparency_mask = image_of(shared.images[CLARUS_SHARE_TRANSPARENCY_MASK]);
+    inputs.opaque_color = image_of(shared.images[CLARUS_SHARE_OPAQUE_COLOR]);
+    inputs.ui = image_of(shared.images[CLARUS_SHARE_UI]);
     if (shared.frame_seconds > 0)
         frame.seconds = std::min(60.0, shared.frame_seconds * static_cast<double>(skipped + 1));
     frame.hold =

@@ -25,7 +25,7 @@ struct SharedStream {
     MotionEncoding motion;
     ImageFormat color_format, depth_format, motion_format;
     bool has_depth = false, has_motion = false;
-    std::optional<ImageFormat> reactive_format, transparency_format;  // of the masks that it has
+    std::optional<ImageFormat> reactive_format, transparency_format, opaque_format, ui_format;  // where it has them
     bool is_dynamic = false;
     bool is_newest = false;           // the renderer does not wait
     std::vector<std::string> unread;  // names of what it has beside these, which no model reads

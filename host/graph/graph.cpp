@@ -36,18 +36,22 @@ void Graph::rename_results(const std::function<Value(Value)>& renamed) {
     for (State& state : states) state = {renamed(state.previous), renamed(state.next)};
 }
 
-Value Graph::input(Resource resource, Size render) {
+Value Graph::input(Resource resource, Size size) {
     switch (resource) {
         case Resource::color:
-            return add(Input{resource}, {}, {3, render.height, render.width}, "color");
+            return add(Input{resource}, {}, {3, size.height, size.width}, "color");
         case Resource::depth:
-            return add(Input{resource}, {}, {1, render.height, render.width}, "depth");
+            return add(Input{resource}, {}, {1, size.height, size.width}, "depth");
         case Resource::motion:
-            return add(Input{resource}, {}, {2, render.height, render.width}, "motion");
+            return add(Input{resource}, {}, {2, size.height, size.width}, "motion");
         case Resource::reactive_mask:
-            return add(Input{resource}, {}, {1, render.height, render.width}, "reactive mask");
+            return add(Input{resource}, {}, {1, size.height, size.width}, "reactive mask");
         case Resource::transparency_mask:
-            return add(Input{resource}, {}, {1, render.height, render.width}, "transparency mask");
+            return add(Input{resource}, {}, {1, size.height, size.width}, "transparency mask");
+        case Resource::opaque_color:
+            return add(Input{resource}, {}, {3, size.height, size.width}, "opaque color");
+        case Resource::ui:
+            return add(Input{resource}, {}, {4, size.height, size.width}, "ui");
     }
     throw std::logic_error("unknown resource");
 }

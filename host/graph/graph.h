@@ -94,7 +94,7 @@ class Graph {
     /// Puts renamed(value) in the place of each of those, and of states' values.
     void rename_results(const std::function<Value(Value)>& renamed);
 
-    Value input(Resource resource, Size render);
+    Value input(Resource resource, Size size);
     Value plane(FrameScalar scalar, Size size);
     Value previous(Shape shape, std::string name);
     /// From the next frame on, `previous` (a result of previous()) is this frame's `next`.

@@ -40,7 +40,7 @@ Expectation optional_of(const std::string& key, const Sequence& sequence, const 
     if (key == "reference_aliased") return {sequence.output_size(), 3, "the aliased reference"};
     if (key == "reactive" || key == "transparency") return {sequence.render_size_of(frame), 1, "a mask"};
     if (key == "opaque_color") return {sequence.render_size_of(frame), 3, "colour without transparency"};
-    return {{}, 3, "what the display shows"};  // hudless_color, ui: render or display resolution
+    return {{}, 4, "user interface"};
 }
 
 void check(const std::filesystem::path& path, const ImageHeader& image, const Expectation& expected) {
@@ -118,12 +118,17 @@ FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion,
     FramePixels pixels;
     pixels.color = read_checked(files.color, color_of(sequence, files));
     pixels.alpha = take_alpha(pixels.color);
+    pixels.ui = read_optional("ui", sequence, files);
     if (want_motion) {
         pixels.depth = read_checked(files.depth, depth_of(sequence, files));
         if (sequence.depth_storage == DepthStorage::packed_rgba8) pixels.depth = unpack_depth(pixels.depth);
         pixels.motion = read_checked(files.motion, motion_of(sequence, files));
         pixels.reactive_mask = read_optional("reactive", sequence, files);
         pixels.transparency_mask = read_optional("transparency", sequence, files);
+        if (sequence.any_has("opaque_color")) {
+            pixels.opaque_color = read_optional("opaque_color", sequence, files);
+            if (pixels.opaque_color.values.empty()) pixels.opaque_color = pixels.color;
+        }
     }
     if (want_reference) pixels.reference = read_checked(files.reference, reference_of(sequence));
     return pixels;

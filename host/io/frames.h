@@ -29,10 +29,12 @@ struct FramePixels {
     Pixels reference;                             // 3, output resolution
     Pixels alpha{};                               // 1, the colour's; as stored
     Pixels reactive_mask{}, transparency_mask{};  // 1, render resolution
+    Pixels opaque_color{};                        // 3, render resolution
+    Pixels ui{};                                  // 4, premultiplied, of the size that is shown
 };
 
-/// Depth and masks come with motion. Errors: file, naming the image that does not open or whose size or channels are
-/// not the sequence's.
+/// Depth, masks and opaque colour come with motion. Errors: file, naming the image that does not open or whose size or
+/// channels are not the sequence's.
 FramePixels read_frame(const Sequence& sequence, size_t index, bool want_motion, bool want_reference);
 
 /// Where a frame's surfaces are and were, without jitter, at the centres of output pixels.

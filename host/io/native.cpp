@@ -19,9 +19,9 @@ constexpr uintmax_t largest_description = 1 << 28;  // bytes
 
 constexpr int largest_extent = 1 << 15;           // pixels
 constexpr double largest_scale = largest_extent;  // that of an image of one pixel
-// Optional images of a frame that no pipeline uses yet.
-constexpr std::array further_images{"reactive", "transparency",    "opaque_color",     "hudless_color",
-                                    "ui",       "reference_depth", "reference_motion", "reference_aliased"};
+// Images that a frame may have.
+constexpr std::array further_images{"reactive",        "transparency",     "opaque_color",     "ui",
+                                    "reference_depth", "reference_motion", "reference_aliased"};
 
 // What objects of docs/formats.md may hold.
 using Names = std::string_view;
@@ -32,10 +32,9 @@ constexpr std::array depth_fields = std::to_array<Names>({"encoding", "reversed"
 constexpr std::array motion_fields =
     std::to_array<Names>({"unit", "direction", "y", "jittered", "sampled_at", "channels", "part"});
 constexpr std::array camera_fields = std::to_array<Names>({"view", "projection", "near", "far", "fov_y"});
-constexpr std::array frame_fields =
-    std::to_array<Names>({"color", "depth", "motion", "jitter", "reset", "exposure", "render_size", "reference",
-                          "camera", "reactive", "transparency", "opaque_color", "hudless_color", "ui",
-                          "reference_depth", "reference_motion", "reference_aliased"});
+constexpr std::array frame_fields = std::to_array<Names>(
+    {"color", "depth", "motion", "jitter", "reset", "exposure", "render_size", "reference", "camera", "reactive",
+     "transparency", "opaque_color", "ui", "reference_depth", "reference_motion", "reference_aliased"});
 static_assert(std::ranges::all_of(further_images, [](Names name) {
     return std::ranges::find(frame_fields, name) != frame_fields.end();
 }));

@@ -40,16 +40,15 @@ KernelCall ingest(const IngestProblem& problem) {
     KernelCall call;
     call.file = call.entry = "ingest";
 
-    const TensorLayout* largest = nullptr;
-    std::string_view largest_name;
+    const TensorLayout *widest = nullptr, *highest = nullptr;
+    std::string_view widest_name, highest_name;
     const auto destination = [&](std::string_view name, const std::optional<TensorLayout>& layout, int index) {
         if (!layout) return;
         add_tensor(call, std::string(name), *layout);
         call.options += fmt::format(" -D{}_STORAGE={}", name, layout->storage == Storage::f16 ? "half" : "float");
         call.arguments.push_back({ArgumentKind::input, index});
-        if (largest && layout->width <= largest->width) return;
-        largest = &*layout;
-        largest_name = name;
+        if (!widest || layout->width > widest->width) widest = &*layout, widest_name = name;
+        if (!highest || layout->height > highest->height) highest = &*layout, highest_name = name;
     };
     const auto resource = [&](std::string_view name, const std::optional<TensorLayout>& layout, graph::Resource source,
                               const std::optional<ImageFormat>& format, int written) {
@@ -71,18 +70,19 @@ KernelCall ingest(const IngestProblem& problem) {
     destination("SCALE", problem.scale, 5);
     resource("REACTIVE", problem.reactive_mask, Resource::reactive_mask, options.reactive_format, 6);
     resource("TRANSPARENCY", problem.transparency_mask, Resource::transparency_mask, options.transparency_format, 7);
+    resource("OPAQUE", problem.opaque_color, Resource::opaque_color, options.opaque_format, 8);
+    resource("UI", problem.ui, Resource::ui, options.ui_format, 9);
     call.arguments.push_back({ArgumentKind::frame});
-    if (!largest) throw std::logic_error("a pipeline reads something of its frame");
+    if (!widest) throw std::logic_error("a pipeline reads something of its frame");
 
-    call.options += fmt::format(" -DWIDTH={0}_WIDTH -DHEIGHT={0}_HEIGHT", largest_name);
+    call.options += fmt::format(" -DWIDTH={}_WIDTH -DHEIGHT={}_HEIGHT", widest_name, highest_name);
     for (const auto& [name, tensor] : call.tensors)
         call.options += fmt::format(" -D{}_SMALLER={}", name,
-                                    tensor.width < largest->width || tensor.height < largest->height ? 1 : 0);
+                                    tensor.width < widest->width || tensor.height < highest->height ? 1 : 0);
     if (options.color_space == ColorSpace::linear) call.options += " -DLINEAR_COLOR";
     if (options.depth.projective) call.options += " -DPROJECTIVE_DEPTH";
     if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";
-    call.global = pixels(*largest);
-    call.global[0] = (call.global[0] + 3) / 4;
+    call.global = {(pixels(*widest)[0] + 3) / 4, pixels(*highest)[1]};
     call.local = {64, 1};
     return call;
 }

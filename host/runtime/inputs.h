@@ -11,14 +11,16 @@ namespace clarus::runtime {
 
 /// Where the canonical inputs go; what the pipeline does not use has no layout.
 struct IngestProblem {
-    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale, reactive_mask, transparency_mask;
+    std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale, reactive_mask, transparency_mask,
+        opaque_color, ui;
     const StreamOptions* options = nullptr;  // formats, colour space, encodings
 };
 
 /// What ingest writes, in the order of its arguments of kind `input`.
-inline std::array<const std::optional<TensorLayout>*, 8> destinations(const IngestProblem& problem) {
-    return {&problem.color,    &problem.depth, &problem.motion,        &problem.jitter_x,
-            &problem.jitter_y, &problem.scale, &problem.reactive_mask, &problem.transparency_mask};
+inline std::array<const std::optional<TensorLayout>*, 10> destinations(const IngestProblem& problem) {
+    return {&problem.color,        &problem.depth, &problem.motion,        &problem.jitter_x,
+            &problem.jitter_y,     &problem.scale, &problem.reactive_mask, &problem.transparency_mask,
+            &problem.opaque_color, &problem.ui};
 }
 
 /// Where a resource goes: a member of `problem`, which is const or not.
@@ -34,14 +36,18 @@ auto& layout_of(graph::Resource resource, auto& problem) {
             return problem.reactive_mask;
         case graph::Resource::transparency_mask:
             return problem.transparency_mask;
+        case graph::Resource::opaque_color:
+            return problem.opaque_color;
+        case graph::Resource::ui:
+            return problem.ui;
     }
     throw std::logic_error("unknown resource");
 }
 
-/// One kernel that reads the caller's images and writes colour, depth, motion, masks and the planes of the jitter and
-/// the scale in their canonical form (docs/conventions.md), counting invalid motion vectors. Its arguments of kind
-/// `input` are what it writes, numbered as `destinations` are. The caller's images begin, and their rows follow, at
-/// multiples of their elements' size.
+/// One kernel that reads the caller's images and writes them and the planes of the jitter and the scale in their
+/// canonical form (docs/conventions.md), counting invalid motion vectors. Its arguments of kind `input` are what it
+/// writes, numbered as `destinations` are. The caller's images begin, and their rows follow, at multiples of their
+/// elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR

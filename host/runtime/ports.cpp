@@ -23,6 +23,10 @@ ImageFormat format_of(Resource resource, const StreamOptions& options) {
             return options.reactive_format.value();
         case Resource::transparency_mask:
             return options.transparency_format.value();
+        case Resource::opaque_color:
+            return options.opaque_format.value();
+        case Resource::ui:
+            return options.ui_format.value();
     }
     throw std::logic_error("unknown resource");
 }
@@ -39,6 +43,10 @@ const Image& image_of(Resource resource, const FrameDescription& frame) {
             return frame.reactive_mask;
         case Resource::transparency_mask:
             return frame.transparency_mask;
+        case Resource::opaque_color:
+            return frame.opaque_color;
+        case Resource::ui:
+            return frame.ui;
     }
     throw std::logic_error("unknown resource");
 }
@@ -79,18 +87,18 @@ void Ports::bind_inputs(const FrameDescription& frame, const IngestProblem& prob
         if (!layout) continue;
         const Image& image = image_of(resource, frame);
         if (image.empty())
-            bind_no_mask(resource, *layout, ingest);
+            bind_nothing(resource, *layout, ingest);
         else
             bind_input(resource, image, ingest);
     }
 }
 
 // All rows of the image are the one that is there.
-void Ports::bind_no_mask(Resource resource, const TensorLayout& layout, Bindings& ingest) {
+void Ports::bind_nothing(Resource resource, const TensorLayout& layout, Bindings& ingest) {
     const int index = static_cast<int>(resource);
     const size_t row = tight_pitch(size_of(layout), format_of(resource, options_));
-    if (!no_mask_() || no_mask_.getInfo<CL_MEM_SIZE>() < row) no_mask_ = zeroed(row);
-    ingest.resources[index] = no_mask_;
+    if (!nothing_() || nothing_.getInfo<CL_MEM_SIZE>() < row) nothing_ = zeroed(row);
+    ingest.resources[index] = nothing_;
     ingest.resource_offsets[index] = offset_and_pitch(0, 0);
 }
 

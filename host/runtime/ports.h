@@ -36,7 +36,7 @@ class Ports {
 
   private:
     void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
-    void bind_no_mask(graph::Resource resource, const TensorLayout& layout, Bindings& ingest);
+    void bind_nothing(graph::Resource resource, const TensorLayout& layout, Bindings& ingest);
     cl::Buffer zeroed(size_t bytes) const;
 
     ocl::Context& context_;
@@ -46,7 +46,7 @@ class Ports {
     std::array<size_t, graph::kResources.size()> input_bytes_;  // of copies, by graph::Resource
     size_t output_bytes_;
     std::array<cl::Buffer, graph::kResources.size()> inputs_;
-    cl::Buffer no_mask_;  // a row of zeros
+    cl::Buffer nothing_;  // a row of zeros
     cl::Buffer output_;
 };
 

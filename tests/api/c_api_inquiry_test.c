@@ -21,6 +21,7 @@ static void keep_part(double part, void* user) { *(double*)user = part; }
 int main(void) {
     static float color[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT], motion[WIDTH * HEIGHT * 2];
     static float output[WIDTH * SCALE * HEIGHT * SCALE * 3];
+    static unsigned char ui[WIDTH * SCALE * HEIGHT * SCALE * 4];
     const char* viewed[] = {"alpha"};
     clarus_device* device = NULL;
     clarus_model* model = NULL;
@@ -84,6 +85,10 @@ int main(void) {
 
     options.reactive_format.type = CLARUS_F32;
     options.reactive_format.channels = 1;
+    options.opaque_format.type = CLARUS_F32;
+    options.opaque_format.channels = 3;
+    options.ui_format.type = CLARUS_U8;
+    options.ui_format.channels = 4;
     options.profile = 1;
     options.views = viewed;
     options.view_count = 1;
@@ -103,6 +108,14 @@ int main(void) {
     frame.output.width = WIDTH * SCALE;
     frame.output.height = HEIGHT * SCALE;
     frame.jitter_x = 0.11f;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "opaque_color"));
+    frame.opaque_color = frame.color;
+    frame.ui = frame.color;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "frame.ui"));
+    frame.ui = frame.output;
+    frame.ui.host = ui;
     memset(&camera, 0, sizeof camera);
     frame.camera = &camera;
     CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);

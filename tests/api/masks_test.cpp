@@ -119,6 +119,95 @@ TEST_CASE("of two masks the larger counts, part by part, of any type" * doctest:
     CHECK(at(masked, width) == at(plain, width));
 }
 
+TEST_CASE("of opaque colour a mask is made, where what is shown differs" * doctest::test_suite("golden")) {
+    const Plain plains("enss_x2_table");
+    const auto& [golden, plain, bicubic] = plains;
+    const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
+    UpscalerOptions options;
+    options.opaque_format = ImageFormat{ElementType::f32, 4};
+    std::vector<float> opaque(4 * pixels);
+    const auto with = [&](float difference) {
+        return shown(golden, options, [&, difference](int, FrameDescription& frame) {
+            const auto* color = static_cast<const float*>(frame.color.host);
+            for (size_t i = 0; i < pixels; ++i)
+                for (size_t c = 0; c < 3; ++c) {
+                    const float value = color[3 * i + c];
+                    opaque[4 * i + c] = c != 1 ? value : value > 0.5f ? value - difference : value + difference;
+                }
+            frame.opaque_color = image_of(opaque, golden.render);
+        });
+    };
+    CHECK(with(0) == plain);
+    CHECK(largest_difference(with(0.25f)[1], bicubic[1]) < 1e-4f);
+    UpscalerOptions masked;
+    masked.reactive_format = kFloats;
+    std::vector<float> half(pixels, 0.5f);
+    const Outputs expected = shown(
+        golden, masked, [&](int, FrameDescription& frame) { frame.reactive_mask = image_of(half, golden.render); });
+    CHECK(largest_difference(with(0.125f)[1], expected[1]) < 1e-4f);
+    CHECK_THROWS_WITH_AS(shown(golden, options, [](int, FrameDescription&) {}), doctest::Contains("opaque_color: none"),
+                         Error);
+}
+
+TEST_CASE("user interface is drawn over the output, and not kept" * doctest::test_suite("golden")) {
+    const Golden golden("enss_x2_table");
+    const Outputs plain = shown(golden, {}, [](int, FrameDescription&) {});
+    const Size output{2 * golden.render.width, 2 * golden.render.height};
+    const size_t pixels = static_cast<size_t>(output.width) * output.height;
+    std::vector<uint8_t> ui(4 * pixels);
+    for (size_t i = 0; i < pixels; i += 3) ui[4 * i] = 51, ui[4 * i + 3] = static_cast<uint8_t>(i % 2 ? 255 : 102);
+    UpscalerOptions options;
+    options.ui_format = ImageFormat{ElementType::u8, 4};
+    const Outputs drawn = shown(golden, options, [&](int t, FrameDescription& frame) {
+        if (t < 2) frame.ui = {.host = ui.data(), .size = output};
+    });
+    for (int t = 0; t < 2; ++t) {
+        std::vector<float> expected = plain[t];
+        for (size_t i = 0; i < 3 * pixels; ++i) {
+            const float alpha = static_cast<float>(ui[4 * (i / 3) + 3]) / 255;
+            expected[i] = static_cast<float>(ui[4 * (i / 3) + i % 3]) / 255 + (1 - alpha) * expected[i];
+        }
+        CHECK(largest_difference(drawn[t], expected) < 1e-6f);
+    }
+    CHECK(drawn[2] == plain[2]);
+}
+
+TEST_CASE("user interface is drawn over sizes of every kind, and refused where it cannot be" *
+          doctest::test_suite("small")) {
+    const Size size{6, 5};
+    std::vector<float> color(90, 0.5f);
+    UpscalerOptions options;
+    options.ui_format = ImageFormat{ElementType::f32, 4};
+    for (const Size output : {Size{12, 10}, Size{6, 9}, Size{3, 4}, Size{13, 5}}) {
+        CAPTURE(output.width);
+        const size_t pixels = static_cast<size_t>(output.width) * output.height;
+        std::vector<float> ui(4 * pixels, 0.0f), shown(3 * pixels);
+        for (const size_t i : {size_t{0}, pixels - 1}) ui[4 * i + 1] = ui[4 * i + 3] = 1;
+        options.output_size = output;
+        Upscaler upscaler(test_device(), Model::filter("bilinear", 2), size, options);
+        FrameDescription frame;
+        frame.color = image_of(color, size);
+        frame.output = image_of(shown, output);
+        frame.ui = image_of(ui, output);
+        upscaler.submit(frame).wait();
+        for (size_t i = 0; i < pixels; ++i) {
+            const bool covered = i == 0 || i == pixels - 1;
+            CHECK(shown[3 * i] == doctest::Approx(covered ? 0 : 0.5));
+            CHECK(shown[3 * i + 1] == doctest::Approx(covered ? 1 : 0.5));
+        }
+        frame.ui.size = {1, 1};
+        CHECK_THROWS_WITH_AS(upscaler.submit(frame), doctest::Contains("frame.ui"), Error);
+    }
+    const auto refuse = [&](const char* words) {
+        CHECK_THROWS_WITH_AS(Upscaler(test_device(), Model::filter("bilinear", 2), size, options),
+                             doctest::Contains(words), Error);
+    };
+    options.color_space = ColorSpace::linear;
+    refuse("options.ui_format: user interface");
+    options.ui_format->channels = 3;
+    refuse("options.ui_format");
+}
+
 TEST_CASE("masks that nobody would read are refused, models without history take them" * doctest::test_suite("small")) {
     const Size size{6, 5};
     std::vector<float> color(90, 0.5f), output(360), mask(30, 1.0f);

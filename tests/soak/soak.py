@@ -184,6 +184,7 @@ def main():
     parser.add_argument("--models", default=MODELS, help="switched between; every round ends with the first")
     parser.add_argument("-o", "--output", type=Path)
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("soak: ended by SIGTERM"))
     samples = []
     with tempfile.TemporaryDirectory(prefix="clarus-soak-") as folder:
         os.environ["XDG_RUNTIME_DIR"] = folder

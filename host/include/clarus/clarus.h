@@ -79,6 +79,7 @@ typedef struct clarus_options {
     const char* const* views;        /* of clarus_upscaler_view_names: to keep readable */
     size_t view_count;
     clarus_format reactive_format, transparency_format; /* 0 channels: frames bring no such mask */
+    clarus_format opaque_format, ui_format;             /* likewise of opaque_color and ui */
 } clarus_options;
 
 typedef struct clarus_option_description {
@@ -114,7 +115,7 @@ typedef struct clarus_frame {
     float motion_scale_x, motion_scale_y; /* of this frame; 0, 0: the options' */
     const cl_event* wait_for;
     size_t wait_for_count;
-    clarus_image reactive_mask, transparency_mask, opaque_color, hudless_color, ui;
+    clarus_image reactive_mask, transparency_mask, opaque_color, ui;
     const clarus_camera* camera; /* NULL: not told */
 } clarus_frame;
 

@@ -51,6 +51,11 @@ struct StreamOptions {
     /// Of FrameDescription::reactive_mask and transparency_mask, ≥ 1 channel of which the first is read, any type.
     /// Upscalers alone; where set, frames may bring that mask, and those that do not have one of zeros.
     std::optional<ImageFormat> reactive_format, transparency_format;
+    /// Of FrameDescription::opaque_color, ≥ 3 channels, any type. Upscalers alone; where set, every frame brings it.
+    std::optional<ImageFormat> opaque_format;
+    /// Of FrameDescription::ui, 4 channels, any type; where set, frames may bring it. Over display-encoded output alone:
+    /// over linear output it comes after the display's tone curve.
+    std::optional<ImageFormat> ui_format;
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1; u8, f16 or f32
     bool profile = false;                            // time every stage with device events
     /// Which device makes what, where Device::open was given several: "auto", which measures in `prepare` and takes
@@ -101,8 +106,12 @@ struct FrameDescription : FrameParameters {
     /// (docs/integrating.md, "Masks"). Of the two the larger counts. Errors: invalid_argument, where the options do not
     /// name a mask's format. Models that keep nothing of earlier frames need none and read none.
     Image reactive_mask, transparency_mask;
-    /// Checked for their size, at render or output resolution; nothing reads them yet.
-    Image opaque_color, hudless_color, ui;
+    /// At render size, encoded as `color` is: the frame before what is transparent was drawn. Where `color` differs
+    /// from it, a reactive mask is made (docs/integrating.md, "Masks").
+    Image opaque_color;
+    /// At output size, display-encoded, colours multiplied by their alpha: user interface, drawn over the output alone,
+    /// last of all; nothing that is kept for later frames has it.
+    Image ui;
 };
 
 /// Device memory, in bytes.
