@@ -60,12 +60,7 @@ std::string explain(const std::system_error& error) {
     return error.what();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-    fill_standard_streams();
-    clarus::cli::guard_terminal();
-    clarus::cli::remove_unfinished_files_when_ended();
+int run(int argc, char** argv) {
     const auto logger = spdlog::stderr_color_st("clarus");
     logger->set_pattern("clarus: %^%l%$: %v");
     logger->set_level(spdlog::level::warn);
@@ -95,17 +90,26 @@ int main(int argc, char** argv) {
     clarus::cli::add_play_command(app);
     clarus::cli::add_relay_command(app);
 
+    int result = 0;
     try {
-        int result = 0;
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::ParseError& error) {  // help and the version, too
-            if (app.exit(error) != 0) return exit_usage;
-        } catch (const clarus::cli::FoundWrong&) {
-            result = exit_failure;
-        }
-        finish_output();
-        return result;
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {  // help and the version, too
+        if (app.exit(error) != 0) return exit_usage;
+    } catch (const clarus::cli::FoundWrong&) {
+        result = exit_failure;
+    }
+    finish_output();
+    return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    fill_standard_streams();
+    clarus::cli::guard_terminal();
+    clarus::cli::remove_unfinished_files_when_ended();
+    try {
+        return run(argc, argv);
     } catch (const std::bad_alloc&) {
         report("out of host memory");
     } catch (const std::system_error& error) {
