@@ -13,6 +13,7 @@
 #include "api/build_graph.h"
 #include "base/error.h"
 #include "cl/context.h"
+#include "cl/error.h"
 #include "io/safetensors.h"
 #include "measure/item_run.h"
 #include "measure/start.h"
@@ -109,7 +110,7 @@ class Bench {
         for (const BenchItem& item : items_) {
             const DeviceProfile& device = item.device.profile();
             try {
-                peaks_.try_emplace(device.selector, item.device);
+                ocl::checked("measure the peaks", [&] { peaks_.try_emplace(device.selector, item.device); });
             } catch (const Error& error) {
                 fail(error.kind(), "{} ({}): {}; --devices names those to be measured", device.name, device.selector,
                      error.what());
@@ -136,7 +137,9 @@ class Bench {
 
     std::vector<DeviceResult> devices() const {
         std::vector<DeviceResult> results;
-        for (const auto& [selector, peaks] : peaks_) results.push_back(peaks.result());
+        ocl::checked("ask devices for their versions", [&] {
+            for (const auto& [selector, peaks] : peaks_) results.push_back(peaks.result());
+        });
         return results;
     }
 
@@ -156,7 +159,7 @@ class Bench {
         bool any = false;
         for (auto& [selector, peaks] : peaks_) {
             if (peaks.has(turns)) continue;
-            peaks.take_turn();
+            ocl::checked(fmt::format("measure the peaks of {}", selector), [&, &of = peaks] { of.take_turn(); });
             any = true;
         }
         return any;
