@@ -47,14 +47,19 @@ ControlServer::ControlServer(const std::string& name, Answer answer) : answer_(s
         fail(ErrorKind::file, "{} is served by another process already (`clarus control {}` tells how): {}", name, name,
              clarus_share_last_error());
     check_share(status);
-    thread_ = std::thread([this] {
-        while (!stop_) {
-            if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
-            int connection = share_accept(endpoint_.socket);
-            if (connection >= 0) serve(connection);
-            share_close(&connection);
-        }
-    });
+    try {
+        thread_ = std::thread([this] {
+            while (!stop_) {
+                if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
+                int connection = share_accept(endpoint_.socket);
+                if (connection >= 0) serve(connection);
+                share_close(&connection);
+            }
+        });
+    } catch (...) {
+        share_stop_listening(&endpoint_);
+        throw;
+    }
 }
 
 ControlServer::~ControlServer() {
@@ -65,9 +70,9 @@ ControlServer::~ControlServer() {
 
 void ControlServer::serve(int connection) const {
     if (waits_long(connection, kRequestMilliseconds)) return;
-    const std::optional<json> request = receive(connection);
-    if (!request) return;
     try {
+        const std::optional<json> request = receive(connection);
+        if (!request) return;
         if (!request->is_object()) fail(ErrorKind::invalid_argument, "a request is a JSON object");
         const auto progress = [&](double done) {
             if (stop_) fail(ErrorKind::file, "the server is ending");
