@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/explain.h"
 #include "cli/share_error.h"
 
 namespace clarus::cli {
@@ -80,7 +81,7 @@ void ControlServer::serve(int connection) const {
         };
         send(connection, {{"answer", answer_(*request, progress)}});
     } catch (const std::exception& error) {
-        send(connection, {{"error", error.what()}});
+        send(connection, {{"error", explain(error)}});
     }
 }
 

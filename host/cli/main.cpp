@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <new>
 #include <string>
 #include <system_error>
 
 #include "base/error.h"
+#include "base/explain.h"
 #include "clarus/log.h"
 #include "clarus/version.h"
 #include "cli/commands.h"
@@ -52,12 +52,6 @@ void finish_output() {
     if (flushed && !std::ferror(stdout)) return;
     clarus::fail(clarus::ErrorKind::file, "cannot write to standard output{}",
                  flushed ? "" : ": " + std::generic_category().message(errno));
-}
-
-std::string explain(const std::system_error& error) {
-    if (error.code() == std::errc::resource_unavailable_try_again)
-        return "the system lets no more threads begin (ulimit -u)";
-    return error.what();
 }
 
 int run(int argc, char** argv) {
@@ -110,12 +104,11 @@ int main(int argc, char** argv) {
     clarus::cli::remove_unfinished_files_when_ended();
     try {
         return run(argc, argv);
-    } catch (const std::bad_alloc&) {
-        report("out of host memory");
     } catch (const std::system_error& error) {
-        report(std::ferror(stdout) ? "cannot write to standard output: " + error.code().message() : explain(error));
+        report(std::ferror(stdout) ? "cannot write to standard output: " + error.code().message()
+                                   : clarus::explain(error));
     } catch (const std::exception& error) {
-        report(error.what());
+        report(clarus::explain(error));
     }
     return exit_failure;
 }

@@ -12,6 +12,7 @@
 
 #include "api/build_graph.h"
 #include "base/error.h"
+#include "base/explain.h"
 #include "cl/context.h"
 #include "cl/error.h"
 #include "io/safetensors.h"
@@ -172,7 +173,7 @@ class Bench {
             step();
             return true;
         } catch (const std::exception& error) {  // the rest goes on, whatever it was
-            result.no_score = error.what();
+            result.no_score = explain(error);
             report(result, 1);
             return false;
         }
