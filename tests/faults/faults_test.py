@@ -122,7 +122,7 @@ class Command:
 
 class Upscale(Command):
     name = "upscale"
-    some = 30
+    some = 20
 
     def arguments(self, place):
         return ["upscale", self.tests.sequence, "--model", self.tests.model, "--device", DEVICE, "--output", place]
@@ -130,7 +130,7 @@ class Upscale(Command):
 
 class Prepare(Command):
     name = "prepare"
-    some = 24
+    some = 16
     program_cache_is_cold = True
 
     def arguments(self, _):
@@ -144,7 +144,7 @@ class Prepare(Command):
 
 class Bench(Command):
     name = "bench"
-    some = 3
+    some = 2
 
     def arguments(self, place):
         return ["bench", "--models", "nearest", "--sizes", "64x36", "--seconds", "0.001", "--without-start", "--devices",
@@ -162,7 +162,7 @@ class Serve(Command):
     """With a renderer, which goes on in another process, and needs not to end where the upscaler has."""
 
     name = "serve"
-    some = 14
+    some = 8
 
     def arguments(self, place):
         return ["serve", "game", "--model", self.tests.model, "--device", DEVICE, "--output", place]
