@@ -1,7 +1,5 @@
 #include "api/frame_checks.h"
 
-#include <CL/cl.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/image_format.h"
+#include "cl/error.h"
 
 namespace clarus {
 namespace {
@@ -52,7 +51,10 @@ void check_buffer(std::string_view name, const Image& image, size_t first, size_
     cl_mem_object_type type = 0;
     cl_mem_flags flags = 0;
     const auto ask = [&](cl_mem_info what, auto& answer) {
-        return clGetMemObjectInfo(image.buffer, what, sizeof(answer), &answer, nullptr) == CL_SUCCESS;
+        const cl_int status = clGetMemObjectInfo(image.buffer, what, sizeof(answer), &answer, nullptr);
+        if (status != CL_SUCCESS && status != CL_INVALID_MEM_OBJECT)
+            ocl::fail_with_status(fmt::format("ask for the buffer of frame.{}", name), status);
+        return status == CL_SUCCESS;
     };
     const bool known =
         ask(CL_MEM_SIZE, size) && ask(CL_MEM_CONTEXT, owner) && ask(CL_MEM_TYPE, type) && ask(CL_MEM_FLAGS, flags);

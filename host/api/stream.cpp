@@ -71,8 +71,8 @@ bool Stream::needs_depth() const { return ingests(&runtime::IngestProblem::depth
 bool Stream::needs_motion() const { return ingests(&runtime::IngestProblem::motion); }
 
 std::string Stream::name_of(int device) const {
-    if (device_.contexts().size() == 1) return {};
     const DeviceProfile& profile = device_.contexts()[device]->profile();
+    if (device_.contexts().size() == 1) return profile.name;
     return fmt::format("device {}, {} ({})", device, profile.selector, profile.name);
 }
 

@@ -49,12 +49,14 @@ void FrameEvent::wait() const {
         error = caught;
     }
     // What waits for a part that fails does not fail with every driver.
-    const std::optional<int> part = runtime::failed_part(*result_);
-    if (!part && error) throw *error;
-    if (!part) return;
-    const std::string& device = result_->parts.empty() ? result_->device : result_->parts[*part]->device;
-    fail(ErrorKind::device, "{}{}{}", device, device.empty() ? "" : ": ",
-         error ? error->what() : "could not end a frame. Another device or driver may help");
+    const std::optional<runtime::FrameFailure> failure = runtime::failure_of(*result_);
+    if (!failure && error) throw *error;
+    if (!failure) return;
+    const std::string& device = result_->parts.empty() ? result_->device : result_->parts[failure->part]->device;
+    fail(ErrorKind::device,
+         "{}: the device was lost, or its driver gave up, in the middle of a frame ({}). Open it anew, or take another "
+         "device (`clarus devices`)",
+         device, ocl::status_name(failure->status));
 }
 
 cl_event FrameEvent::get() const { return result_->done(); }

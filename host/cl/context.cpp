@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/log.h"
+#include "cl/build.h"
 #include "cl/error.h"
 #include "cl/platforms.h"
 #include "cl/profile.h"
@@ -68,9 +69,11 @@ Context::Context(cl::Context context, cl::Device device, cl::CommandQueue queue,
 }
 
 std::shared_ptr<Context> Context::with_another_queue() const {
-    const auto other = std::make_shared<Context>(context_, device_, profile_);
-    other->programs_ = programs_;
-    return other;
+    return checked(fmt::format("make another queue on {}", profile_.name), [&] {
+        const auto other = std::make_shared<Context>(context_, device_, profile_);
+        other->programs_ = programs_;
+        return other;
+    });
 }
 
 cl::Program Context::program(std::string_view file, std::string_view options) {
@@ -146,7 +149,7 @@ cl::Program Context::load_or_compile(std::span<const ProgramUnit> units, const s
     if (binary) {
         try {
             cl::Program program(context_, {device_}, {*binary});
-            program.build(device_);
+            build_program(program, device_);
             return program;
         } catch (const cl::Error& error) {
             log(LogLevel::debug, "{}: the driver refuses the cached program ({}); it is compiled anew", describe(units),
@@ -167,12 +170,12 @@ cl::Program Context::build(std::span<const ProgramUnit> units, const std::string
     const cl::Program program =
         checked(fmt::format("make a program of {}", describe(units)), [&] { return cl::Program(context_, text); });
     try {
-        program.build(device_);
+        build_program(program, device_);
     } catch (const cl::Error& error) {
         if (error.err() != CL_BUILD_PROGRAM_FAILURE)
             fail_with_status(fmt::format("compile {}", describe(units)), error.err());
-        std::string build_log;
-        program.getBuildInfo(device_, CL_PROGRAM_BUILD_LOG, &build_log);
+        const auto build_log =
+            checked("read the compiler's log", [&] { return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device_); });
         fail(ErrorKind::build, "{} does not compile on {} (driver {}): {}. The compiler says:\n{}", describe(units),
              profile_.name, profile_.driver_version, status_name(error.err()), build_log);
     }

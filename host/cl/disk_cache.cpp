@@ -43,7 +43,7 @@ void write_entry(const std::filesystem::path& path, const Header& header, const 
     file.commit();
 }
 
-void warn_once(const std::filesystem::path& folder) {
+void warn_once(const std::filesystem::path& folder, std::string_view cause) {
     static std::mutex mutex;
     static std::set<std::filesystem::path> warned;
     {
@@ -51,9 +51,7 @@ void warn_once(const std::filesystem::path& folder) {
         if (!warned.insert(folder).second) return;
     }
     log(LogLevel::warning,
-        "cannot write to the cache folder {}: kernels will be compiled at every start. It must be your own, and nobody "
-        "else may write there; CLARUS_CACHE_DIR names another folder",
-        folder.string());
+        "{}. Kernels will be compiled at every start; CLARUS_CACHE_DIR names another folder to keep them in", cause);
 }
 
 }  // namespace
@@ -96,12 +94,14 @@ std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) c
 
 void DiskCache::store(const CacheKey& key, const std::vector<unsigned char>& payload) const {
     if (folder_.empty() || sizeof(Header) + payload.size() > kLargestEntry) return;
-    if (!make_private_folder(folder_)) return warn_once(folder_);
+    if (!make_private_folder(folder_))
+        return warn_once(folder_, fmt::format("cannot write to the cache folder {}, which must be your own, and where "
+                                              "nobody else may write",
+                                              folder_.string()));
     try {
         write_entry(path(key), {magic, key, payload.size(), hash_of(key, payload)}, payload);
     } catch (const Error& error) {
-        log(LogLevel::debug, "{}", error.what());
-        warn_once(folder_);
+        warn_once(folder_, error.what());
     }
 }
 

@@ -10,6 +10,7 @@ struct Meaning {
 
 Meaning meaning(cl_int status) {
     constexpr std::string_view less_memory = "Take a smaller image or model, precision fp16, or another device";
+    constexpr std::string_view open_anew = "Open it anew, or take another device (`clarus devices`)";
     switch (status) {
         case CL_OUT_OF_RESOURCES:
         case CL_OUT_OF_HOST_MEMORY:
@@ -18,7 +19,10 @@ Meaning meaning(cl_int status) {
         case CL_INVALID_BUFFER_SIZE:
             return {ErrorKind::out_of_memory, "the device allows no buffer of this size", less_memory};
         case CL_DEVICE_NOT_AVAILABLE:
-            return {ErrorKind::device, "the device is not available", "Is another process holding it?"};
+            return {ErrorKind::device, "the device is not available: it was lost, or another process holds it",
+                    open_anew};
+        case CL_INVALID_COMMAND_QUEUE:
+            return {ErrorKind::device, "the driver gave up the queue, as where the device was lost", open_anew};
         case CL_COMPILER_NOT_AVAILABLE:
             return {ErrorKind::device, "the driver has no compiler", "Take another device or driver"};
         default:

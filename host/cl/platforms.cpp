@@ -1,5 +1,10 @@
 #include "cl/platforms.h"
 
+#include <CL/cl_ext.h>
+
+#include <optional>
+#include <utility>
+
 #include "base/log.h"
 #include "cl/error.h"
 
@@ -20,7 +25,7 @@ std::vector<cl::Platform> platforms() {
     try {
         cl::Platform::get(&platforms);
     } catch (const cl::Error& error) {
-        log(LogLevel::debug, "clGetPlatformIDs: {}", status_name(error.err()));
+        if (error.err() != CL_PLATFORM_NOT_FOUND_KHR) fail_with_status("ask OpenCL for its platforms", error.err());
     }
     if (platforms.empty())
         fail(ErrorKind::no_device,
@@ -36,6 +41,7 @@ std::string PlacedDevice::selector() const { return fmt::format("{}:{}", platfor
 
 std::vector<PlacedDevice> placed_devices() {
     std::vector<PlacedDevice> placed;
+    std::optional<std::pair<int, cl_int>> failure;  // the last platform's
     int platform_index = -1;
     for (const cl::Platform& platform : platforms()) {
         ++platform_index;
@@ -48,8 +54,11 @@ std::vector<PlacedDevice> placed_devices() {
         } catch (const cl::Error& error) {
             log(LogLevel::debug, "platform {} is passed over: {} says {}", platform_index, error.what(),
                 status_name(error.err()));
+            if (error.err() != CL_DEVICE_NOT_FOUND) failure = {platform_index, error.err()};
         }
     }
+    if (placed.empty() && failure)
+        fail_with_status(fmt::format("list the devices of platform {}", failure->first), failure->second);
     return placed;
 }
 

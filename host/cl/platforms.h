@@ -19,7 +19,8 @@ struct PlacedDevice {
 };
 
 /// Every device that is available and has a compiler, in the order of their places. A platform older than OpenCL 1.2 or
-/// that answers with an error is passed over. Errors: no_device where the loader finds no platform.
+/// that answers with an error is passed over. Errors: no_device where the loader finds no platform; the status's kind,
+/// where no platform has a device and one answered with an error.
 std::vector<PlacedDevice> placed_devices();
 
 DeviceClass device_class(const cl::Device& device);

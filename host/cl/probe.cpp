@@ -1,8 +1,10 @@
 #include "cl/probe.h"
 
 #include <array>
+#include <optional>
 
 #include "base/log.h"
+#include "cl/build.h"
 #include "cl/disk_cache.h"
 #include "cl/error.h"
 #include "cl/kernel_source.h"
@@ -69,13 +71,20 @@ kernel void probe(global ushort* values) {
 }
 )";
 
-// What the kernel makes of the values; they come back as they were where it does not compile or run.
-Values run(const cl::Device& device, const std::string& source, Values values) {
+/// Of a call that may succeed another time: it says nothing of the device's abilities.
+bool may_pass(cl_int status) {
+    return status == CL_OUT_OF_RESOURCES || status == CL_OUT_OF_HOST_MEMORY ||
+           status == CL_MEM_OBJECT_ALLOCATION_FAILURE || status == CL_DEVICE_NOT_AVAILABLE;
+}
+
+/// What the kernel makes of the values; they come back as they were where it does not compile or run. `passing`: the
+/// status, where may_pass.
+Values run(const cl::Device& device, const std::string& source, Values values, std::optional<cl_int>& passing) {
     try {
         const cl::Context context(device);
         const cl::CommandQueue queue(context, device);
         const cl::Program program(context, source);
-        program.build(device);
+        build_program(program, device);
         const cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, sizeof values, values.data());
         cl::Kernel kernel(program, "probe");
         kernel.setArg(0, buffer);
@@ -83,18 +92,19 @@ Values run(const cl::Device& device, const std::string& source, Values values) {
         queue.enqueueReadBuffer(buffer, CL_TRUE, 0, sizeof values, values.data());
     } catch (const cl::Error& error) {
         log(LogLevel::debug, "a probe fails: {} says {}", error.what(), status_name(error.err()));
+        if (may_pass(error.err())) passing = error.err();
     }
     return values;
 }
 
-Abilities probe_now(const cl::Device& device, const std::string& claims_program) {
-    const Values claims = run(device, claims_program, claims_given);
+Abilities probe_now(const cl::Device& device, const std::string& claims_program, std::optional<cl_int>& passing) {
+    const Values claims = run(device, claims_program, claims_given, passing);
     Abilities abilities{.half_storage = claims[1] == doubled, .half_arithmetic = false, .fast_fma = claims[2] == 1};
     // A simulator's compiler takes more than it can run.
     if (is_simulator(device)) return abilities;
     if (claims[3] == 1)
-        abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given)[2] == half_one;
-    abilities.vnni = run(device, vnni_source, {})[0] == 1;
+        abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given, passing)[2] == half_one;
+    abilities.vnni = run(device, vnni_source, {}, passing)[0] == 1;
     return abilities;
 }
 
@@ -108,9 +118,14 @@ Abilities probe(const cl::Device& device) {
         cache_key({"abilities", claims_program, half_arithmetic_source, vnni_source, device_identity(device)});
     if (const auto kept = cache.load(key); kept && kept->size() == 4)
         return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0, (*kept)[3] != 0};
-    const Abilities abilities = probe_now(device, claims_program);
+    std::optional<cl_int> passing;
+    const Abilities abilities = probe_now(device, claims_program, passing);
+    if (passing)
+        log(LogLevel::warning,
+            "could not find out all that {} is able to ({}): what is not known it does without until the next start",
+            device.getInfo<CL_DEVICE_NAME>(), status_name(*passing));
     // Every compiler has vload_half: where it fails, something else went wrong, which may pass.
-    if (abilities.half_storage)
+    else if (abilities.half_storage)
         cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma, abilities.vnni});
     return abilities;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/explain.h"
 #include "cli/share_error.h"
 #include "io/json_reader.h"
 
@@ -48,14 +49,19 @@ ControlServer::ControlServer(const std::string& name, Answer answer) : answer_(s
         fail(ErrorKind::file, "{} is served by another process already (`clarus control {}` tells how): {}", name, name,
              clarus_share_last_error());
     check_share(status);
-    thread_ = std::thread([this] {
-        while (!stop_) {
-            if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
-            int connection = share_accept(endpoint_.socket);
-            if (connection >= 0) serve(connection);
-            share_close(&connection);
-        }
-    });
+    try {
+        thread_ = std::thread([this] {
+            while (!stop_) {
+                if (waits_long(endpoint_.socket, kStopMilliseconds)) continue;
+                int connection = share_accept(endpoint_.socket);
+                if (connection >= 0) serve(connection);
+                share_close(&connection);
+            }
+        });
+    } catch (...) {
+        share_stop_listening(&endpoint_);
+        throw;
+    }
 }
 
 ControlServer::~ControlServer() {
@@ -66,9 +72,9 @@ ControlServer::~ControlServer() {
 
 void ControlServer::serve(int connection) const {
     if (waits_long(connection, kRequestMilliseconds)) return;
-    const std::optional<json> request = receive(connection);
-    if (!request) return;
     try {
+        const std::optional<json> request = receive(connection);
+        if (!request) return;
         if (!request->is_object()) fail(ErrorKind::invalid_argument, "a request is a JSON object");
         const auto progress = [&](double done) {
             if (stop_) fail(ErrorKind::file, "the server is ending");
@@ -76,7 +82,7 @@ void ControlServer::serve(int connection) const {
         };
         send(connection, {{"answer", answer_(*request, progress)}});
     } catch (const std::exception& error) {
-        send(connection, {{"error", error.what()}});
+        send(connection, {{"error", explain(error)}});
     }
 }
 

@@ -7,11 +7,11 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <new>
 #include <string>
 #include <system_error>
 
 #include "base/error.h"
+#include "base/explain.h"
 #include "clarus/log.h"
 #include "clarus/version.h"
 #include "cli/commands.h"
@@ -54,18 +54,7 @@ void finish_output() {
                  flushed ? "" : ": " + std::generic_category().message(errno));
 }
 
-std::string explain(const std::system_error& error) {
-    if (error.code() == std::errc::resource_unavailable_try_again)
-        return "the system lets no more threads begin (ulimit -u)";
-    return error.what();
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-    fill_standard_streams();
-    clarus::cli::guard_terminal();
-    clarus::cli::remove_unfinished_files_when_ended();
+int run(int argc, char** argv) {
     const auto logger = spdlog::stderr_color_st("clarus");
     logger->set_pattern("clarus: %^%l%$: %v");
     logger->set_level(spdlog::level::warn);
@@ -95,23 +84,31 @@ int main(int argc, char** argv) {
     clarus::cli::add_play_command(app);
     clarus::cli::add_relay_command(app);
 
+    int result = 0;
     try {
-        int result = 0;
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::ParseError& error) {  // help and the version, too
-            if (app.exit(error) != 0) return exit_usage;
-        } catch (const clarus::cli::FoundWrong&) {
-            result = exit_failure;
-        }
-        finish_output();
-        return result;
-    } catch (const std::bad_alloc&) {
-        report("out of host memory");
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {  // help and the version, too
+        if (app.exit(error) != 0) return exit_usage;
+    } catch (const clarus::cli::FoundWrong&) {
+        result = exit_failure;
+    }
+    finish_output();
+    return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    fill_standard_streams();
+    clarus::cli::guard_terminal();
+    clarus::cli::remove_unfinished_files_when_ended();
+    try {
+        return run(argc, argv);
     } catch (const std::system_error& error) {
-        report(std::ferror(stdout) ? "cannot write to standard output: " + error.code().message() : explain(error));
+        report(std::ferror(stdout) ? "cannot write to standard output: " + error.code().message()
+                                   : clarus::explain(error));
     } catch (const std::exception& error) {
-        report(error.what());
+        report(clarus::explain(error));
     }
     return exit_failure;
 }

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/precision.h"
 #include "clarus/device.h"
-#include "clarus/error.h"
 #include "clarus/model.h"
 #include "clarus/upscaler.h"
 #include "cli/choice.h"
@@ -25,19 +25,28 @@ struct PrepareOptions {
 // What is compiled does not depend on the size; a frame of this one is soon made.
 constexpr Size kRenderSize{480, 270};
 
-void prepare(const Device& device, const std::string& name, Precision precision) {
+/// How many programs were compiled. A device's programs are shared by its models, and only what is new in one would be
+/// kept: opened for each, it keeps what a process needs that begins with that model.
+int programs_of(const std::string& selector, const std::string& name, Precision precision) {
+    const Device device = Device::open(selector);
     UpscalerOptions options;
     options.precision = precision;
+    Progress progress("compiling " + name);
+    Upscaler upscaler(device, Model::find(name), kRenderSize, options);
+    upscaler.prepare([&](double fraction) { progress.update(fraction); });
+    return device.programs_compiled();
+}
+
+void prepare(const std::string& selector, const std::string& name, Precision precision) {
     const auto start = std::chrono::steady_clock::now();
-    const int before = device.programs_compiled();
-    {
-        Progress progress("compiling " + name);
-        Upscaler upscaler(device, Model::find(name), kRenderSize, options);
-        upscaler.prepare([&](double fraction) { progress.update(fraction); });
-    }
-    const int programs = device.programs_compiled() - before;
+    const int programs = programs_of(selector, name, precision);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    fmt::print("{} {} on {}: {}\n", name, name_of(precision), device.profile().name,
+    if (programs > 0 && programs_of(selector, name, precision) > 0)
+        fail(ErrorKind::file,
+             "what was compiled of {} for {} is not kept: every start compiles it again. A warning says why, or there "
+             "is no home folder; CLARUS_CACHE_DIR names a folder to keep it in",
+             name, selector);
+    fmt::print("{} {} on {}: {}\n", name, name_of(precision), Device::open(selector).profile().name,
                programs == 0 ? "was there" : fmt::format("compiled in {:.1f} s", seconds.count()));
 }
 
@@ -46,11 +55,9 @@ void run(const PrepareOptions& options) {
     for (const std::string& name : options.precisions) precisions.push_back(parse_precision(name));
     const std::vector<std::string> models = options.all ? Model::names() : options.models;
     for (const std::string& name : models) static_cast<void>(Model::find(name));  // before anything is compiled
-    // A device's programs are shared by its models, and only what is new in one would be kept. Opened for each, it
-    // keeps what a process needs that begins with that model.
     for (const std::string& selector : options.devices)
         for (const std::string& name : models)
-            for (const Precision precision : precisions) prepare(Device::open(selector), name, precision);
+            for (const Precision precision : precisions) prepare(selector, name, precision);
 }
 
 }  // namespace

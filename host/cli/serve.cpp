@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/explain.h"
 #include "base/log.h"
 #include "base/rounding.h"
 #include "cli/choice.h"
@@ -136,7 +137,7 @@ void serve(const ServeOptions& options) {
         if (video) video->finish();
         if (shared) shared->finish();
     } catch (const std::exception& error) {
-        source.refuse(error.what());
+        source.refuse(explain(error));
         if (video) video->keep();
         throw;
     }

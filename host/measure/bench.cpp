@@ -12,7 +12,9 @@
 
 #include "api/build_graph.h"
 #include "base/error.h"
+#include "base/explain.h"
 #include "cl/context.h"
+#include "cl/error.h"
 #include "io/safetensors.h"
 #include "measure/item_run.h"
 #include "measure/start.h"
@@ -109,7 +111,7 @@ class Bench {
         for (const BenchItem& item : items_) {
             const DeviceProfile& device = item.device.profile();
             try {
-                peaks_.try_emplace(device.selector, item.device);
+                ocl::checked("measure the peaks", [&] { peaks_.try_emplace(device.selector, item.device); });
             } catch (const Error& error) {
                 fail(error.kind(), "{} ({}): {}; --devices names those to be measured", device.name, device.selector,
                      error.what());
@@ -136,7 +138,9 @@ class Bench {
 
     std::vector<DeviceResult> devices() const {
         std::vector<DeviceResult> results;
-        for (const auto& [selector, peaks] : peaks_) results.push_back(peaks.result());
+        ocl::checked("ask devices for their versions", [&] {
+            for (const auto& [selector, peaks] : peaks_) results.push_back(peaks.result());
+        });
         return results;
     }
 
@@ -156,7 +160,7 @@ class Bench {
         bool any = false;
         for (auto& [selector, peaks] : peaks_) {
             if (peaks.has(turns)) continue;
-            peaks.take_turn();
+            ocl::checked(fmt::format("measure the peaks of {}", selector), [&, &of = peaks] { of.take_turn(); });
             any = true;
         }
         return any;
@@ -169,7 +173,7 @@ class Bench {
             step();
             return true;
         } catch (const std::exception& error) {  // the rest goes on, whatever it was
-            result.no_score = error.what();
+            result.no_score = explain(error);
             report(result, 1);
             return false;
         }

@@ -25,7 +25,7 @@ struct FrameResult {
     cl_uint invalid_motion_vectors = 0;
     std::vector<std::shared_ptr<const FrameResult>> parts;  // where several plans work on a frame
     int presenting = 0;                                     // the part that ends the frame
-    std::string device;                                     // of a part, as errors name it
+    std::string device;                                     // as errors name it; empty where parts have their own
 };
 
 /// The buffers of what a plan imports and exports, by port, where it is a part of a network.

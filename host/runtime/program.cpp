@@ -29,11 +29,13 @@ bool shares_memory(const PartPlan& a, const PartPlan& b) { return a.context->con
 
 }  // namespace
 
-std::optional<int> failed_part(const FrameResult& frame) {
-    return ocl::checked("ask how a frame ended", [&]() -> std::optional<int> {
+std::optional<FrameFailure> failure_of(const FrameResult& frame) {
+    return ocl::checked("ask how a frame ended", [&]() -> std::optional<FrameFailure> {
         for (size_t part = 0; part < frame.parts.size(); ++part)
-            if (status(frame.parts[part]->done) < 0) return static_cast<int>(part);
-        if (frame.done() && status(frame.done) < 0) return frame.presenting;
+            if (const cl_int ended = status(frame.parts[part]->done); ended < 0)
+                return FrameFailure{static_cast<int>(part), ended};
+        if (!frame.done()) return std::nullopt;
+        if (const cl_int ended = status(frame.done); ended < 0) return FrameFailure{frame.presenting, ended};
         return std::nullopt;
     });
 }
@@ -186,7 +188,6 @@ std::shared_ptr<FrameResult> Program::submit_to(int part, const FrameDescription
         return result;
     } catch (const Error& error) {
         failed_part_ = part;
-        if (devices_[part].empty()) throw;
         fail(error.kind(), "{}: {}", devices_[part], error.what());
     }
 }
@@ -196,7 +197,7 @@ std::optional<int> Program::failed_part() const {
     for (size_t ago = 0; ago < last_results_.size(); ++ago) {  // from the oldest on
         const size_t index = (frames_ + 1 + ago) % last_results_.size();
         if (const auto result = last_results_[index].lock())
-            if (const auto part = runtime::failed_part(*result)) return part;
+            if (const auto failure = failure_of(*result)) return failure->part;
     }
     return std::nullopt;
 }

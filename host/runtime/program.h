@@ -18,11 +18,17 @@ namespace clarus::runtime {
 struct PartPlan {
     ocl::Context* context;
     const Plan* plan;
-    std::string device;  // as errors name it; empty where there is no other
+    std::string device;  // as errors name it
 };
 
-/// The part of a frame that failed first, 0 where the frame has no parts; none where it did not fail.
-std::optional<int> failed_part(const FrameResult& frame);
+/// How a frame ended that did not end well.
+struct FrameFailure {
+    int part;       // that failed first; 0 where the frame has no parts
+    cl_int status;  // of its last command
+};
+
+/// None where the frame did not fail, or is still on its way. Errors: device.
+std::optional<FrameFailure> failure_of(const FrameResult& frame);
 
 /// The commands of a frame, on one device or several: parts of the network that run, and transfers between devices that
 /// do not see the same memory. Each waits for what it needs, of this frame and of those before, and for nothing else:

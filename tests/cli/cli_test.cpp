@@ -1656,6 +1656,14 @@ TEST_CASE("prepare compiles what a later run at any size asks for") {
     CHECK(place.upscale("bicubic", {"--report", report.string()}).exit_code == 0);
     CHECK(json::parse(io::read_file(report))["programs_compiled"] <= 1);  // for the formats of the sequence
 
+    std::ofstream(place / "file") << "a folder cannot be made under a file";
+    {
+        const CacheFolder none(place / "file" / "cache");
+        const Outcome lost = run_tool({"prepare", "bicubic", "--device", test_selector()});
+        CHECK(lost.exit_code == 1);
+        CHECK_MESSAGE(contains(lost.err, "is not kept"), lost.err);
+    }
+
     CHECK(run_tool({"prepare"}).exit_code == 2);
     CHECK(run_tool({"prepare", "bicubic", "--all"}).exit_code == 2);
     CHECK(run_tool({"prepare", "bicubic", "--precision", "fp64"}).exit_code == 2);

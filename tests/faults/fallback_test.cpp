@@ -1,55 +1,18 @@
 // A device of two that fails, in a call or later: what is said, and how the other goes on.
 
-#include <dlfcn.h>
 #include <doctest/doctest.h>
 
-#include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "cl/context.h"
 #include "clarus/error.h"
-#include "layer.h"
+#include "loaded_layer.h"
 #include "several_devices.h"
 
 using namespace clarus;
 using namespace clarus::test;
 
 namespace {
-
-/// The layer of faults, which the OpenCL loader has loaded.
-class Faults {
-  public:
-    Faults() {
-        const char* const path = std::getenv("OPENCL_LAYERS");
-        REQUIRE_MESSAGE(path, "OPENCL_LAYERS is to name the layer of faults, as ctest has it");
-        test_device();  // the loader loads layers at the first call
-        layer_ = dlopen(path, RTLD_LAZY | RTLD_NOLOAD);
-        REQUIRE_MESSAGE(layer_, "the OpenCL loader knows no layers");
-    }
-    ~Faults() {
-        reinterpret_cast<decltype(&clarus_faults_end)>(dlsym(layer_, "clarus_faults_end"))();
-        dlclose(layer_);
-    }
-    Faults(const Faults&) = delete;
-    Faults& operator=(const Faults&) = delete;
-
-    void fail_kernels(const Device& devices, int device, int calls) const {
-        fail("clarus_faults_fail_kernels", devices, device, calls);
-    }
-    void fail_markers(const Device& devices, int device, int calls) const {
-        fail("clarus_faults_fail_markers", devices, device, calls);
-    }
-
-  private:
-    void fail(const char* name, const Device& devices, int device, int calls) const {
-        const auto function = reinterpret_cast<decltype(&clarus_faults_fail_kernels)>(dlsym(layer_, name));
-        if (!function) FAIL(name);
-        function(devices.contexts()[device]->context()(), calls, CL_OUT_OF_RESOURCES);
-    }
-
-    void* layer_;
-};
 
 /// What a fallback leaves: the same frames, of which `again` begins without history.
 Images without_history_at(Film& film, Upscaler& upscaler, int again) {

@@ -1,11 +1,12 @@
 /* An OpenCL layer in which calls fail when a test says so: a device that was lost, on any machine. */
 #include "layer.h"
 
-#include <CL/cl_layer.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "calls.h"
 
 enum { kDevices = 8, kEvents = 256 };
 
@@ -102,6 +103,7 @@ void clarus_faults_fail_markers(cl_context context, int calls, cl_int status) { 
 void clarus_faults_end(void) {
     kernels.context = NULL;
     markers.context = NULL;
+    clarus_faults_lose(NULL, 0, CL_SUCCESS);
 }
 
 CL_API_ENTRY cl_int CL_API_CALL clGetLayerInfo(cl_layer_info name, size_t size, void* value, size_t* needed) {
@@ -126,11 +128,12 @@ CL_API_ENTRY cl_int CL_API_CALL clInitLayer(cl_uint entries, const struct _cl_ic
         markers.status = CL_OUT_OF_RESOURCES;
     }
     target = below;
+    dispatch = *below;
     dispatch.clEnqueueNDRangeKernel = enqueue_kernel;
     dispatch.clEnqueueMarkerWithWaitList = enqueue_marker;
     dispatch.clGetEventInfo = get_event_info;
     dispatch.clWaitForEvents = wait_for_events;
     *entries_returned = sizeof(dispatch) / sizeof(void*);
-    *layer = &dispatch;
+    *layer = clarus_faults_count(&dispatch);
     return CL_SUCCESS;
 }

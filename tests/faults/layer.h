@@ -18,6 +18,10 @@ void clarus_faults_fail_kernels(cl_context context, int calls, cl_int status);
    that, succeed, and their events end with `status`. */
 void clarus_faults_fail_markers(cl_context context, int calls, cl_int status);
 
+/* The device of this context is lost in the call that comes after `calls` others, of those that take one of its queues
+   or wait for its events: it and all after it return `status`, and none of the context's events has ended well. */
+void clarus_faults_lose(cl_context context, int calls, cl_int status);
+
 /* From now on nothing fails. */
 void clarus_faults_end(void);
 

@@ -1,0 +1,16 @@
+#include "base/explain.h"
+
+#include <new>
+#include <system_error>
+
+namespace clarus {
+
+std::string explain(const std::exception& error) {
+    if (dynamic_cast<const std::bad_alloc*>(&error)) return "out of host memory";
+    const auto* const system = dynamic_cast<const std::system_error*>(&error);
+    if (system && system->code() == std::errc::resource_unavailable_try_again)
+        return "the system lets no more threads begin (ulimit -u)";
+    return error.what();
+}
+
+}  // namespace clarus
