@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,6 +20,13 @@ struct PartPlan {
     ocl::Context* context;
     const Plan* plan;
     std::string device;  // as errors name it; empty where there is no other
+};
+
+/// What a program keeps from one frame to the next, with where it was as text: `layout` is how its elements lie.
+struct KeptValue {
+    std::string name, layout;
+    Storage storage;
+    std::vector<std::byte> bytes;
 };
 
 /// The part of a frame that failed first, 0 where the frame has no parts; none where it did not fail.
@@ -44,6 +52,14 @@ class Program {
     std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
 
     bool has_run() const { return frames_ > 0; }
+
+    /// What the frames leave for the next, of every part and from part to part, byte by byte. Waits for the frames on
+    /// their way. Errors: device.
+    std::vector<KeptValue> read_kept();
+    /// Puts it where the next frame looks for it. Waits, as read_kept does. Errors: invalid_argument, naming what is
+    /// not of this program's form; device.
+    void write_kept(std::span<const KeptValue> values);
+
     /// The part whose device failed, in submit or since then.
     std::optional<int> failed_part() const;
     Executor& executor(int part) { return *executors_[part]; }
@@ -60,6 +76,7 @@ class Program {
     /// Two frames' values of an export, in the context of a part or of those that read it.
     struct Handover {
         int from, port;
+        TensorLayout layout;
         cl::Context context;
         size_t bytes;
         std::array<cl::Buffer, 2> buffers;
@@ -93,6 +110,7 @@ class Program {
                             std::vector<cl::Event>& waits) const;
     Transfer::Ends transfer(const Command& command);
     void finish();
+    std::vector<KeptMemory> kept() const;
 
     cl::Context callers_;
     const bool profile_;
