@@ -11,7 +11,6 @@
 #include "base/log.h"
 #include "cl/context.h"
 #include "cl/disk_cache.h"
-#include "cl/profile.h"
 #include "graph/passes.h"
 #include "runtime/placement.h"
 
@@ -309,7 +308,8 @@ FrameEvent Stream::submit(const FrameDescription& frame) {
 std::string Stream::computed_by() const {
     std::string devices, kernels;
     for (const Part& part : parts_) {
-        devices += (devices.empty() ? "" : ", ") + ocl::device_identity(part.context->device());
+        const DeviceProfile& profile = part.context->profile();
+        devices += fmt::format("{}{} (driver {})", devices.empty() ? "" : ", ", profile.name, profile.driver_version);
         for (const runtime::PlannedStage& stage : part.plan->stages)
             kernels += fmt::format("{}: {}; ", stage.problem.node.name, stage.selection.describe());
     }

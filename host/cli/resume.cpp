@@ -72,7 +72,6 @@ RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, 
         frames.first = state->first;
         frames.begin = state->next;
         frames.state = std::move(state);
-        if (!frames.is_empty()) fmt::print("going on at frame {} of {}\n", frames.begin, sequence.frames.size());
         return frames;
     }
     const auto made = [&](size_t i) { return is_made(sequence.frames[i].name); };
@@ -87,7 +86,6 @@ RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, 
         return frames;
     }
     frames.begin = next;
-    if (!frames.is_empty()) fmt::print("going on at frame {} of {}\n", next, sequence.frames.size());
     return frames;
 }
 

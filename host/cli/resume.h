@@ -32,7 +32,7 @@ std::map<std::string, std::string> run_settings(const UpscalerOptions& options, 
 using IsMade = std::function<bool(const std::string&)>;
 
 /// Those of a run with `--resume`: all from where the state in the file says, else, where nothing is kept from frame to
-/// frame, all from the first that is not made. Prints what it goes on from, or why it starts over. `path`: the
+/// frame, all from the first that is not made. Prints why it starts over where some are. `path`: the
 /// sequence's, for messages. Errors: read_run_state's; invalid_argument where the frames asked for do not follow on
 /// those that are made.
 RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, const std::filesystem::path& path,

@@ -286,6 +286,7 @@ void upscale(const UpscaleOptions& options) {
     refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
     prepare_folders(folders, options, output, upscaler.output_size());
 
+    if (run.begin > run.first) fmt::print("going on at frame {} of {}\n", run.begin, whole.frames.size());
     if (upscaler.output_size() != made)
         fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
                    upscaler.output_size().height, options.wish.output_size ? "" : ", the output_size of the sequence");

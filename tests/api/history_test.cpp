@@ -40,6 +40,7 @@ void check_goes_on(const Golden& golden, const Device& device, const UpscalerOpt
     const auto made = [&] { return Upscaler(device, golden.model, golden.render, options); };
     Upscaler one = made();
     const Images expected = shown(film, one, 0, golden.frames, change);
+    bool matters = false;
     for (int split = 0; split <= golden.frames; ++split) {
         CAPTURE(split);
         Upscaler before = made(), after = made();
@@ -48,7 +49,10 @@ void check_goes_on(const Golden& golden, const Device& device, const UpscalerOpt
         for (std::vector<float>& output : shown(film, after, split, golden.frames, change))
             outputs.push_back(std::move(output));
         CHECK(outputs == expected);
+        Upscaler without = made();
+        matters |= split < golden.frames && shown(film, without, split, split + 1, change).front() != expected[split];
     }
+    CHECK(matters == one.keeps_history());
 }
 
 Upscaler of(const Golden& golden, UpscalerOptions options = {}) {

@@ -2,10 +2,14 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
@@ -188,48 +192,82 @@ TEST_CASE("resolution that changes goes on as in one run") {
     check_same(place.files("part"), place.files("whole"));
 }
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A run that is started again and again, and killed after some time.
+struct Killed {
+    std::string output;
+    std::unique_ptr<Program> program;
+    fs::file_time_type before;               // when its state was last written
+    std::optional<Clock::time_point> until;  // none before this one has written it
+};
+
+fs::file_time_type last_written(const fs::path& file) {
+    std::error_code none;
+    const fs::file_time_type time = fs::last_write_time(file, none);
+    return none ? fs::file_time_type() : time;
+}
+
+}  // namespace
+
 TEST_CASE("a run that is killed, at any instant, a hundred times, and gone on with leaves the bytes of one run") {
-    constexpr int kKills = 100;
-    const Workplace place(20);
+    constexpr int kKills = 100, kLong = 12;
+    const Workplace place(kLong);
     REQUIRE(place.upscale("whole", kNetwork).code == 0);
     const Files expected = place.files("whole");
-    const auto seconds_of = [&](const std::vector<std::string>& more) {
-        const auto start = std::chrono::steady_clock::now();
-        REQUIRE(place.upscale("timed", kNetwork, more).code == 0);
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    };
-    const double whole = seconds_of({"--save-every", "0"}), one = seconds_of({"--frames", ":1"});
-
-    const auto made = [&] {
-        Files files = place.files("part");
-        std::erase_if(files, [](const auto& file) { return file.first.ends_with(".partial"); });  // of the kills
+    const auto made = [&](const std::string& output) {
+        Files files = place.files(output);
+        std::erase_if(files, [](const auto& file) {  // what it was about to write
+            return file.first.starts_with(".clarus-") && file.first != kState;
+        });
         return files;
     };
 
     std::mt19937 random(1);
-    int kills = 0, ends = 0, with_state = 0;
+    const auto after = [&](int most_milliseconds) {
+        return Clock::now() + std::chrono::microseconds(random() % (1000 * most_milliseconds));
+    };
+    int starts = 0, kills = 0, ends = 0;
+    const auto begin = [&](Killed& run) {
+        run.before = last_written(place / run.output / kState);
+        run.program = std::make_unique<Program>(
+            CLARUS_TOOL, place.arguments(run.output, kNetwork, {"--resume", "--save-every", "0"}));
+        // Every third while it starts; the others while pictures and states are written.
+        run.until.reset();
+        if (starts++ % 3 == 0) run.until = after(900);
+    };
+    std::array<Killed, 2> runs;
+    runs[0].output = "one";
+    runs[1].output = "other";
+    for (Killed& run : runs) begin(run);
+    const Clock::time_point give_up = Clock::now() + std::chrono::minutes(10);
     while (kills < kKills) {
-        Program program(CLARUS_TOOL, place.arguments("part", kNetwork, {"--resume", "--save-every", "0"}));
-        // Every third before its first frame may be done; the others where frames are made and states are written.
-        const double from = kills % 3 == 0 ? 0 : 0.9 * one, to = kills % 3 == 0 ? one : one + 0.3 * (whole - one);
-        const auto until = std::chrono::steady_clock::now() +
-                           std::chrono::duration<double>(std::uniform_real_distribution(from, to)(random));
-        std::this_thread::sleep_until(until);
-        if (program.kill_unless_ended()) {
-            ++kills;
-            with_state += fs::exists(place / "part" / kState);
-            continue;
+        REQUIRE(Clock::now() < give_up);
+        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+        for (Killed& run : runs) {
+            if (!run.until && last_written(place / run.output / kState) != run.before) run.until = after(60);
+            if (!run.until || Clock::now() < *run.until) continue;
+            const bool is_killed = run.program->kill_unless_ended();
+            kills += is_killed;
+            if (!is_killed) REQUIRE_MESSAGE(run.program->result() == 0, run.program->errors());
+            if (const Files files = made(run.output); files.size() == kLong && !files.contains(kState)) {
+                check_same(files, expected);
+                fs::remove_all(place / run.output);
+                ++ends;
+            }
+            begin(run);
         }
-        REQUIRE_MESSAGE(program.result() == 0, program.errors());
-        check_same(made(), expected);
-        fs::remove_all(place / "part");
-        ++ends;
     }
-    const Outcome outcome = place.upscale("part", kNetwork, {"--resume"});
-    REQUIRE_MESSAGE(outcome.code == 0, outcome.errors);
-    check_same(made(), expected);
-    CHECK(ends > 0);
-    CHECK(with_state > kKills / 4);
+    for (Killed& run : runs) {
+        run.program.reset();
+        const Outcome outcome = place.upscale(run.output, kNetwork, {"--resume"});
+        REQUIRE_MESSAGE(outcome.code == 0, outcome.errors);
+        check_same(made(run.output), expected);
+    }
+    MESSAGE(fmt::format("{} kills, {} runs made their last frame", kills, ends));
+    CHECK(ends > 2);
 }
 
 TEST_CASE("Ctrl-C and a frame that cannot be read leave a state to go on from") {
