@@ -48,11 +48,13 @@ struct clarus_upscaler {
     std::vector<std::vector<const char*>> stages{};  // of the parts
     clarus::Upscaler::View view{};
     TakenProfile profile{};
+    std::vector<std::byte> history{};  // that was saved
 };
 struct clarus_interpolator {
     clarus::Interpolator interpolator;
     std::optional<clarus::FrameEvent> last;
     TakenProfile profile{};
+    std::vector<std::byte> history{};  // that was saved
 };
 
 namespace {
@@ -268,6 +270,16 @@ void take(TakenProfile& taken, auto& stream, const clarus_stage_profile** stages
     }
     given(stages, "stages") = taken.rows.data();
     given(count, "count") = taken.rows.size();
+}
+
+void save(std::vector<std::byte>& kept, const auto& stream, const void** history, size_t* size) {
+    kept = stream.save_history();
+    given(history, "history") = kept.data();
+    given(size, "size") = kept.size();
+}
+
+void restore(auto& stream, const void* history, size_t size) {
+    stream.restore_history({&given(static_cast<const std::byte*>(history), "history"), size});
 }
 
 /// `done` may be null.
@@ -661,6 +673,27 @@ clarus_status clarus_upscaler_view(clarus_upscaler* upscaler, const char* name, 
 clarus_status clarus_upscaler_take_profile(clarus_upscaler* upscaler, const clarus_stage_profile** stages,
                                            size_t* count) {
     return guarded([&] { take(given(upscaler, "upscaler").profile, upscaler->upscaler, stages, count); });
+}
+
+int clarus_upscaler_keeps_history(const clarus_upscaler* upscaler) {
+    return upscaler && upscaler->upscaler.keeps_history();
+}
+
+clarus_status clarus_upscaler_save_history(clarus_upscaler* upscaler, const void** history, size_t* size) {
+    return guarded([&] { save(given(upscaler, "upscaler").history, upscaler->upscaler, history, size); });
+}
+
+clarus_status clarus_upscaler_restore_history(clarus_upscaler* upscaler, const void* history, size_t size) {
+    return guarded([&] { restore(given(upscaler, "upscaler").upscaler, history, size); });
+}
+
+clarus_status clarus_interpolator_save_history(clarus_interpolator* interpolator, const void** history, size_t* size) {
+    return guarded(
+        [&] { save(given(interpolator, "interpolator").history, interpolator->interpolator, history, size); });
+}
+
+clarus_status clarus_interpolator_restore_history(clarus_interpolator* interpolator, const void* history, size_t size) {
+    return guarded([&] { restore(given(interpolator, "interpolator").interpolator, history, size); });
 }
 
 clarus_status clarus_interpolator_prepare_with(clarus_interpolator* interpolator, void (*progress)(double, void*),

@@ -5,6 +5,7 @@
 
 #include "api/build_graph.h"
 #include "api/effects.h"
+#include "api/history.h"
 #include "api/stream.h"
 #include "base/error.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 // Of the way from a frame to the one before it.
 constexpr float kMiddle = 0.5f;
+constexpr const char* kIdentity = "an interpolator";  // in saved history
 
 double scale_of(Size render, Size output) {
     output_size(render, 1);
@@ -71,6 +73,13 @@ void Interpolator::prepare(const std::function<void(double)>& progress) { state_
 FrameEvent Interpolator::submit(const FrameDescription& frame) { return state_->stream.submit(frame); }
 
 void Interpolator::reset() { state_->stream.reset(); }
+
+std::vector<std::byte> Interpolator::save_history() const { return bytes_of(state_->stream.history(), kIdentity); }
+
+void Interpolator::restore_history(std::span<const std::byte> history) {
+    state_->stream.reset();
+    state_->stream.restore(history_of(history, kIdentity));
+}
 
 std::vector<StageProfile> Interpolator::take_profile() { return state_->stream.take_profile(); }
 

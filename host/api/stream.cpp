@@ -1,5 +1,7 @@
 #include "api/stream.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +10,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "cl/context.h"
+#include "cl/disk_cache.h"
 #include "graph/passes.h"
 #include "runtime/placement.h"
 
@@ -316,6 +319,45 @@ FrameEvent Stream::submit(const FrameDescription& frame) {
             without_history = true;
         }
     }
+}
+
+std::string Stream::computed_by() const {
+    std::string devices, kernels;
+    for (const Part& part : parts_) {
+        const DeviceProfile& profile = part.context->profile();
+        devices += fmt::format("{}{} (driver {})", devices.empty() ? "" : ", ", profile.name, profile.driver_version);
+        for (const runtime::PlannedStage& stage : part.plan->stages)
+            kernels += fmt::format("{}: {}; ", stage.problem.node.name, stage.selection.describe());
+    }
+    return fmt::format("{} with the kernels {:02x}", devices, fmt::join(ocl::cache_key({kernels}), ""));
+}
+
+History Stream::history() const {
+    History history;
+    if (reset_ || !program_) return history;
+    history.starts_anew = false;
+    history.render_size = sizes_.render;
+    history.jitter = previous_jitter_;
+    history.computed_by = computed_by();
+    history.values = program_->read_kept();
+    return history;
+}
+
+void Stream::restore(const History& history) {
+    prepare();
+    reset_ = true;  // where it fails
+    if (history.starts_anew) return;
+    if (history.render_size != sizes_.render && !options_.dynamic_resolution)
+        fail(ErrorKind::invalid_argument, "history: its last frame was {}x{}, and frames are {}x{} here",
+             history.render_size.width, history.render_size.height, sizes_.render.width, sizes_.render.height);
+    if (history.render_size != sizes_.render) change_size(built(history.render_size), false);
+    program_->write_kept(history.values);
+    if (history.computed_by != computed_by())
+        log(LogLevel::warning,
+            "history was computed by {}, and goes on by {}: frames may differ in their last bits from those of one run",
+            history.computed_by, computed_by());
+    previous_jitter_ = history.jitter;
+    reset_ = false;
 }
 
 bool Stream::leave_failed_device(std::string_view why) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/frame_checks.h"
+#include "api/history.h"
 #include "clarus/upscaler.h"
 #include "graph/graph.h"
 #include "runtime/frame_constants.h"
@@ -51,6 +52,13 @@ class Stream {
     void prepare(const std::function<void(double)>& progress = {});
     FrameEvent submit(const FrameDescription& frame);
     void reset() { reset_ = true; }
+    /// Whether the graph has states.
+    bool keeps_history() const { return !graph().states.empty(); }
+    /// What is kept after the last frame. Waits. Errors: device.
+    History history() const;
+    /// Goes on after that frame. Prepares. Errors: invalid_argument where it is of another form than what is kept here;
+    /// those of prepare.
+    void restore(const History& history);
     Upscaler::View view(const std::string& name) const;
     double largest_jitter_distance() const;
     std::vector<StageProfile> take_profile();
@@ -97,6 +105,8 @@ class Stream {
     /// That callers' buffers must be of; null where devices share none.
     cl_context context_of_images() const;
     runtime::FrameConstants constants(const FrameDescription& frame, bool without_history) const;
+    /// What last bits depend on: devices, drivers and kernels.
+    std::string computed_by() const;
 
     Device device_;
     Build build_;

@@ -8,6 +8,7 @@
 
 #include "api/build_graph.h"
 #include "api/effects.h"
+#include "api/history.h"
 #include "api/masks.h"
 #include "api/stream.h"
 #include "base/error.h"
@@ -122,6 +123,17 @@ void Upscaler::prepare(const std::function<void(double)>& progress) { state_->st
 FrameEvent Upscaler::submit(const FrameDescription& frame) { return state_->stream.submit(frame); }
 
 void Upscaler::reset() { state_->stream.reset(); }
+
+bool Upscaler::keeps_history() const { return state_->stream.keeps_history(); }
+
+std::vector<std::byte> Upscaler::save_history() const {
+    return bytes_of(state_->stream.history(), identity_of(state_->model));
+}
+
+void Upscaler::restore_history(std::span<const std::byte> history) {
+    state_->stream.reset();
+    state_->stream.restore(history_of(history, identity_of(state_->model)));
+}
 
 std::vector<std::string> Upscaler::view_names() const {
     std::vector<std::string> names;

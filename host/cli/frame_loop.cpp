@@ -70,14 +70,19 @@ class FrameLoop {
                 if (!read(slot, index)) break;
             } catch (...) {
                 finish_before();
+                hand_over_all(index);
                 throw;
+            }
+            if (output_.checkpoints && output_.checkpoints->is_due()) {
+                finish_before();
+                output_.checkpoints->take(index);
             }
             submit(slot);
             finish_before();
             before = &slot;
         }
         finish_before();
-        for (size_t i = index; i < index + slots_.size(); ++i) hand_over(slot_of(i));  // from the oldest on
+        hand_over_all(index);
     }
 
   private:
@@ -88,6 +93,15 @@ class FrameLoop {
         std::exchange(slot.written, {}).get();
         finished_(std::move(slot.result));
     }
+
+    /// `frames`: that were submitted.
+    void hand_over_all(size_t frames) {
+        for (size_t i = frames; i < frames + slots_.size(); ++i) hand_over(slot_of(i));  // from the oldest on
+        if (output_.checkpoints) output_.checkpoints->end(frames);
+    }
+
+    /// Whether there is a picture between the frame and the one before it.
+    bool has_before(const Slot& slot) const { return interpolator_ && (slot.index != 0 || output_.goes_on); }
 
     bool read(Slot& slot, size_t index) {
         Trace::Span span(trace_, Trace::Track::main, "wait for input");
@@ -194,22 +208,22 @@ class FrameLoop {
             save(slot.result.file, slot.output, output_.type);
         else
             save(slot.result.file, with_alpha(slot.output, slot.alpha), output_.type);
-        if (interpolator_ && slot.index != 0) save(output_.file_before(slot.frame.name), slot.before, output_.type);
+        if (has_before(slot)) save(output_.file_before(slot.frame.name), slot.before, output_.type);
         for (const auto& [name, picture] : slot.views)
             save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);
     }
 
     void encode(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
-        const bool has_before = interpolator_ && slot.index != 0;
+        const bool between = has_before(slot);
         const auto display = [&](io::Pixels& pixels) {
             if (output_.color_space == ColorSpace::linear)
                 pixels = metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
         };
         display(slot.output);
-        if (has_before) display(slot.before);
+        if (between) display(slot.before);
         if (before.valid()) before.get();
         const Trace::Span span(trace_, track, "encode", slot.frame.name);
-        if (has_before) output_.writer->write(slot.before, slot.seconds - slot.frame.seconds / 2, slot.frame.taken);
+        if (between) output_.writer->write(slot.before, slot.seconds - slot.frame.seconds / 2, slot.frame.taken);
         output_.writer->write(slot.output, slot.seconds, slot.frame.taken);
     }
 

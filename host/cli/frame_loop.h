@@ -11,6 +11,7 @@
 #include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
 #include "cli/alpha.h"
+#include "cli/checkpoints.h"
 #include "cli/frame_source.h"
 #include "cli/image_folder.h"
 #include "cli/shared_output.h"
@@ -36,6 +37,8 @@ struct FrameOutput {
     io::VideoWriter* writer = nullptr;
     SharedOutput* shared = nullptr;
     AlphaUpscaler* alpha = nullptr;  // where pictures are to have the alpha that frames bring
+    Checkpoints* checkpoints = nullptr;
+    bool goes_on = false;  // frames were made before: a picture in between comes before the first one, too
 
     std::filesystem::path file(const std::string& frame) const { return writer ? video : folder / (frame + extension); }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }

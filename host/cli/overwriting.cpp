@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "cli/run_state.h"
 #include "io/safetensors.h"
 
 namespace clarus::cli {
@@ -69,7 +70,10 @@ void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const
     TakenFiles taken;
     taken.add(sequence_path, sequence);
     if (model.tensors()) taken.add(model.tensors()->path(), "the model");
-    if (output.writer) taken.take("--output", output.video);
+    if (output.writer)
+        taken.take("--output", output.video);
+    else
+        taken.add(run_state_file(output.folder), "the run's state");
     for (const io::FrameFiles& frame : sequence.frames) {
         if (output.writer) break;
         taken.add(output.file(frame.name), "an image of --output");

@@ -36,12 +36,12 @@ void gather(std::vector<Declared>& all, std::string_view pipeline, const std::ve
     }
 }
 
-std::string flag_of(std::string name) {
-    std::replace(name.begin(), name.end(), '_', '-');
-    return "--" + name;
-}
-
 }  // namespace
+
+std::string flag_of(std::string option) {
+    std::replace(option.begin(), option.end(), '_', '-');
+    return "--" + option;
+}
 
 std::vector<PipelineFlag> pipeline_flags() {
     std::vector<Declared> all;

@@ -14,6 +14,9 @@ struct PipelineFlag {
     std::string help;  // for which pipelines, what it does, its range and what it is unless told
 };
 
+/// "previous_frames" → "--previous-frames".
+std::string flag_of(std::string option);
+
 /// One for each name, in the order of the pipelines.
 std::vector<PipelineFlag> pipeline_flags();
 

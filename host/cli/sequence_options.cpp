@@ -48,9 +48,11 @@ void SequenceOptions::add_to(CLI::App& command) {
 }
 
 io::Sequence SequenceOptions::read(double scale) const {
-    io::Sequence sequence = io::read_sequence(path, layout, scale);
+    io::Sequence sequence = read_whole(scale);
     frames.cut(sequence.frames, path);
     return sequence;
 }
+
+io::Sequence SequenceOptions::read_whole(double scale) const { return io::read_sequence(path, layout, scale); }
 
 }  // namespace clarus::cli

@@ -29,7 +29,7 @@ struct FrameRange {
         frames.erase(frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(first));
     }
 
-  private:
+    /// The frame after the last, of so many. Errors: cut's.
     size_t checked_end(size_t count, const std::filesystem::path& path) const;
 };
 
@@ -45,6 +45,8 @@ struct SequenceOptions {
     /// alone are upscaled. Errors: those of read_sequence and
     /// FrameRange::cut.
     io::Sequence read(double scale) const;
+    /// With all frames.
+    io::Sequence read_whole(double scale) const;
 };
 
 }  // namespace clarus::cli

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <future>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,8 +15,10 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/parse.h"
 #include "base/rounding.h"
 #include "cli/alpha.h"
+#include "cli/checkpoints.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/convention_watch.h"
@@ -28,7 +31,9 @@
 #include "cli/pipeline_options.h"
 #include "cli/placement_options.h"
 #include "cli/progress.h"
+#include "cli/resume.h"
 #include "cli/run_report.h"
+#include "cli/run_state.h"
 #include "cli/sequence_facts.h"
 #include "cli/sequence_options.h"
 #include "cli/trace.h"
@@ -60,6 +65,8 @@ struct UpscaleOptions {
     bool explain_placement = false, no_check = false;
     bool print_profile = false;
     std::filesystem::path trace, report;
+    bool resume = false;
+    std::optional<double> save_every;
 };
 
 Format output_format(const UpscaleOptions& options, const OutputTarget& target, ColorSpace color_space) {
@@ -141,6 +148,33 @@ void prepare_folders(OutputFolders& folders, const UpscaleOptions& options, cons
             fail(ErrorKind::file, "{} is a folder where a file is to be written", file.string());
 }
 
+const char* text_of(Format format) { return format == Format::exr ? "exr" : "png"; }
+
+/// Bits of a value.
+const char* text_of(io::SampleType type) {
+    return type == io::SampleType::u8 ? "8" : type == io::SampleType::f32 ? "32" : "16";
+}
+
+/// RunState::settings.
+std::map<std::string, std::string> run_settings(const UpscaleOptions& options, const UpscalerOptions& settings,
+                                                const Upscaler& upscaler, const Model& model, Format format,
+                                                io::SampleType type) {
+    std::map<std::string, std::string> all = cli::run_settings(settings, upscaler, model);
+    all["--frame-rate"] = options.frame_rate == FrameRate::doubled ? "x2" : "as rendered";
+    all["--alpha"] = options.alpha == Alpha::drop ? "drop" : "keep";
+    all["--format"] = text_of(format);
+    all["--bits"] = text_of(type);
+    return all;
+}
+
+/// As exact as those before, where the command line does not say and they have the same format.
+std::optional<int> bits_of(const UpscaleOptions& options, Format format, const std::optional<RunState>& state) {
+    if (options.bits || !state) return options.bits;
+    const std::map<std::string, std::string>& before = state->settings;
+    if (!before.contains("--bits") || before.at("--format") != text_of(format)) return std::nullopt;
+    return parse_whole<int>(before.at("--bits"));
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -161,17 +195,24 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
 
 void upscale(const UpscaleOptions& options) {
     Model found = find_model(options.wish);
-    const io::Sequence sequence = options.sequence.read(found.scale());
-    const auto [model, output_size] = choose_model(std::move(found), options.wish, sequence, sequence.is_dynamic(),
+    // What a part of it is run with is what all of it would be.
+    const io::Sequence whole = options.sequence.read_whole(found.scale());
+    const size_t end = options.sequence.frames.checked_end(whole.frames.size(), options.sequence.path);
+    const auto [model, output_size] = choose_model(std::move(found), options.wish, whole, whole.is_dynamic(),
                                                    "the sequence " + options.sequence.path.string());
     const OutputTarget target = output_target(options.output, false);
     check_crf(options.crf, target);
-    const Format format = output_format(options, target, sequence.color_space);
+    if (target.is_video() && (options.resume || options.save_every))
+        fail(ErrorKind::invalid_argument,
+             "a video is written from its first frame to its last and cannot be gone on with; leave {} out, or name a "
+             "folder as --output, in place of {}",
+             options.resume ? "--resume" : "--save-every", target.video.string());
+    const Format format = output_format(options, target, whole.color_space);
     const Device device = Device::open(options.device);
-    UpscalerOptions settings = options_for(options.settings, sequence, sequence.is_dynamic(), output_size);
+    UpscalerOptions settings = options_for(options.settings, whole, whole.is_dynamic(), output_size);
     settings.profile = options.print_profile || !options.trace.empty() || !options.report.empty();
     if (!options.views.empty()) {
-        const std::vector<std::string> names = Upscaler(device, model, sequence.render_size, settings).view_names();
+        const std::vector<std::string> names = Upscaler(device, model, whole.render_size, settings).view_names();
         if (options.views == only_list) {
             fmt::print("{}\n", fmt::join(names, "\n"));
             return;
@@ -179,21 +220,51 @@ void upscale(const UpscaleOptions& options) {
         check_views(options.views, names, model);
         settings.views = options.views;
     }
-    Upscaler upscaler(device, model, sequence.render_size, settings);
+    Upscaler upscaler(device, model, whole.render_size, settings);
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
+
+    const std::filesystem::path state_file = run_state_file(target.folder);
+    const char* const extension = format == Format::exr ? ".exr" : ".png";
+    const size_t asked = options.sequence.frames.first;
+    const RunFrames run = options.resume
+                              ? resumed_frames(options.sequence.frames, whole, options.sequence.path, state_file,
+                                               interpolator || upscaler.keeps_history(),
+                                               [&](const std::string& name) {
+                                                   return is_regular_file(target.folder / (name + extension));
+                                               })
+                              : RunFrames{asked, asked, end};
+    const std::optional<int> bits = bits_of(options, format, run.state);
+    const auto settings_of_run = [&](io::SampleType type) {
+        return run_settings(options, settings, upscaler, model, format, type);
+    };
+    if (run.state)
+        check_run_state(state_file, *run.state, settings_of_run(output_type(bits, format, target, io::SampleType::u8)),
+                        whole);
+    if (run.is_empty()) {
+        fmt::print("nothing is left to make: {} has frames {} to {}\n", target.folder.string(), asked, end - 1);
+        return;
+    }
+    io::Sequence sequence = whole;
+    FrameRange{run.begin, run.end}.cut(sequence.frames, options.sequence.path);
+
     const io::ColorFiles colors =
         io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
     std::optional<AlphaUpscaler> alpha;
     if (keeps_alpha(options, target, colors.has_alpha)) alpha.emplace(device, upscaler, model, settings);
-    const io::SampleType type = output_type(options.bits, format, target, colors.type);
+    const io::SampleType type = output_type(bits, format, target, colors.type);
     warn_of_facts(sequence, model);
     const Size made = scaled(sequence.render_size, model.scale());
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);
+    OutputFolders folders;  // which go after what lies in them
+    std::optional<Checkpoints> checkpoints;
+    if (!video)
+        checkpoints.emplace(Run{state_file, settings_of_run(type), whole, run.first, run.begin}, upscaler,
+                            interpolator ? &*interpolator : nullptr, options.save_every);
     const FrameOutput output{target.folder,
-                             format == Format::exr ? ".exr" : ".png",
+                             extension,
                              type,
                              sequence.color_space,
                              options.views,
@@ -205,15 +276,17 @@ void upscale(const UpscaleOptions& options) {
                              target.video,
                              video ? &*video : nullptr,
                              nullptr,
-                             alpha ? &*alpha : nullptr};
+                             alpha ? &*alpha : nullptr,
+                             checkpoints ? &*checkpoints : nullptr,
+                             run.begin > run.first};
     for (const io::FrameFiles& frame : sequence.frames) {
         upscaler.output_size(sequence.render_size_of(frame));
         if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
     }
     refuse_overwriting_inputs(options.sequence.path, sequence, model, output, options.report, options.trace);
-    OutputFolders folders;
     prepare_folders(folders, options, output, upscaler.output_size());
 
+    if (run.begin > run.first) fmt::print("going on at frame {} of {}\n", run.begin, whole.frames.size());
     if (upscaler.output_size() != made)
         fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
                    upscaler.output_size().height, options.wish.output_size ? "" : ", the output_size of the sequence");
@@ -229,6 +302,10 @@ void upscale(const UpscaleOptions& options) {
         if (alpha) alpha->prepare([&](double fraction) { progress.update(fraction); });
     }
     const double prepare_seconds = seconds_since(start);
+    if (run.state)
+        restore_run(state_file, *run.state, upscaler, interpolator ? &*interpolator : nullptr);
+    else if (checkpoints)
+        checkpoints->start_over();
     if (options.explain_placement) print_placement(upscaler, device);
 
     Trace trace(!options.trace.empty());
@@ -242,15 +319,14 @@ void upscale(const UpscaleOptions& options) {
         Progress progress("upscaling");
         const auto finished = [&](FrameResult frame) {
             frames.push_back(std::move(frame));
+            if (checkpoints) checkpoints->written(frames.size());
             progress.update(frames.size(), sequence.frames.size());
         };
-        std::optional<Interrupt> interrupt;  // which would leave pictures whole, but no video
-        if (video) {
-            interrupt.emplace();
+        const Interrupt interrupt;  // which would leave pictures whole, but no video, and no state of the run
+        if (video)
             video->open({.size = upscaler.output_size(),
                          .frame_rate = sequence.frame_rate * (interpolator ? 2 : 1),
                          .crf = options.crf});
-        }
         try {
             upscale_frames(
                 source, [&](SourceFrame&) { return only; }, interpolator ? &*interpolator : nullptr, output, under_way,
@@ -260,9 +336,16 @@ void upscale(const UpscaleOptions& options) {
             throw;
         }
         if (video) video->finish();
-        if (interrupt && Interrupt::came() && frames.size() < sequence.frames.size())
-            fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(), frames.size(),
-                 sequence.frames.size());
+        if (Interrupt::came() && frames.size() < sequence.frames.size()) {
+            if (video)
+                fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(),
+                     frames.size(), sequence.frames.size());
+            fail(ErrorKind::file, "interrupted after {} of {} frames; --resume goes on in {}", frames.size(),
+                 sequence.frames.size(), target.folder.string());
+        }
+        if (checkpoints && run.end < whole.frames.size())
+            fmt::print("made frames {} to {} of {}; --resume goes on there\n", run.begin, run.end - 1,
+                       whole.frames.size());
     }
 
     std::vector<StageProfile> stages = upscaler.take_profile();
@@ -396,6 +479,15 @@ void add_upscale_command(CLI::App& app) {
         .add_option("--report", options->report,
                     "Write figures as JSON: quality where there are references, stages, device, memory")
         ->type_name("FILE");
+    command.add_flag("--resume", options->resume,
+                     "Go on where a run into the same folder ended, was ended or was killed, with what the model keeps "
+                     "of its last frame: the bytes are those of one run");
+    command
+        .add_option("--save-every", options->save_every,
+                    "Between the states from which --resume can go on, 0 for one a frame; unless told 10, and as many "
+                    "more as keep that below a twentieth of the time")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6));
     command.footer(
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"
@@ -405,6 +497,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --frame-rate x2\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled.mp4 --crf 14\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --bits 16\n"
+        "  clarus upscale sequence --model enss-s-x2 --output upscaled --resume\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
         "  clarus upscale photo.png --model espcn-x2 --output upscaled\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"

@@ -114,10 +114,12 @@ std::vector<float> Tensor::floats() const {
     return values;
 }
 
-Safetensors Safetensors::read(const std::filesystem::path& path) {
+Safetensors Safetensors::read(const std::filesystem::path& path) { return parse(read_file(path), path); }
+
+Safetensors Safetensors::parse(std::string bytes, const std::filesystem::path& path) {
     Safetensors file;
     file.path_ = path;
-    file.data_ = std::make_shared<const std::string>(read_file(path));
+    file.data_ = std::make_shared<const std::string>(std::move(bytes));
     const std::span<const std::byte> data = std::as_bytes(std::span(*file.data_));
 
     uint64_t header_size = 0;

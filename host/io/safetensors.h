@@ -29,6 +29,8 @@ struct Tensor {
 class Safetensors {
   public:
     static Safetensors read(const std::filesystem::path& path);
+    /// The bytes of such a file; `name` stands for its path.
+    static Safetensors parse(std::string bytes, const std::filesystem::path& name);
 
     const std::filesystem::path& path() const { return path_; }
     const std::map<std::string, std::string>& metadata() const { return metadata_; }

@@ -16,8 +16,8 @@ constexpr Type kTypes[] = {
 
 }  // namespace
 
-void write_safetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
-                       const std::map<std::string, NewTensor>& tensors) {
+std::string safetensors_bytes(const std::map<std::string, std::string>& metadata,
+                              const std::map<std::string, NewTensor>& tensors) {
     nlohmann::ordered_json header;
     header["__metadata__"] = metadata;
     std::string body;
@@ -34,7 +34,12 @@ void write_safetensors(const std::filesystem::path& path, const std::map<std::st
     constexpr size_t kAlignment = 8;
     text.resize((text.size() + kAlignment - 1) / kAlignment * kAlignment, ' ');
     const uint64_t size = text.size();
-    const std::string bytes = std::string(reinterpret_cast<const char*>(&size), sizeof size) + text + body;
+    return std::string(reinterpret_cast<const char*>(&size), sizeof size) + text + body;
+}
+
+void write_safetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
+                       const std::map<std::string, NewTensor>& tensors) {
+    const std::string bytes = safetensors_bytes(metadata, tensors);
     write_file_atomically(path, std::as_bytes(std::span(bytes)));
 }
 

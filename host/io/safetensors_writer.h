@@ -25,8 +25,11 @@ struct NewTensor {
     }
 };
 
-/// Writes a safetensors file: the largest elements first, so that each tensor lies at a multiple of its elements' size.
-/// Errors: those of write_file_atomically.
+/// A safetensors file: the largest elements first, so that each tensor lies at a multiple of its elements' size.
+std::string safetensors_bytes(const std::map<std::string, std::string>& metadata,
+                              const std::map<std::string, NewTensor>& tensors);
+
+/// Writes one. Errors: those of write_file_atomically.
 void write_safetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
                        const std::map<std::string, NewTensor>& tensors);
 

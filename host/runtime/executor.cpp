@@ -1,6 +1,7 @@
 #include "runtime/executor.h"
 
 #include <CL/cl_half.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
@@ -150,7 +151,7 @@ Executor::Stage* Executor::presenting() {
 }
 
 void Executor::change_plan(const Plan& plan, bool keeps_states) {
-    keeps_states = keeps_states && resizing_ && has_run();
+    keeps_states = keeps_states && resizing_ && has_states_;
     if (keeps_states) resizing_->save(*plan_, arena_);
     const int compiled = context_.programs_compiled();
     std::vector<const KernelCall*> calls;
@@ -208,6 +209,7 @@ std::shared_ptr<FrameResult> Executor::submit(const FrameDescription& frame, con
                                               std::span<const cl_event> wait_for) {
     const std::shared_ptr<FrameResult> result = ocl::checked("submit a frame", [&] { return free_result(); });
     arena_.next_frame();
+    has_states_ = true;
     try {
         enqueue_frame(frame, constants, wait_for, *result);
     } catch (...) {
@@ -277,6 +279,17 @@ void Executor::bind(Stage& stage, const FrameConstants& constants) {
         bindings.packed_offset = weights_.offset(stage.parameters);
     }
     stage.launch.bind(bindings);
+}
+
+std::vector<KeptMemory> Executor::kept() const {
+    std::vector<KeptMemory> kept;
+    const graph::Graph& graph = plan_->layout.graph;
+    for (size_t state = 0; state < graph.states.size(); ++state) {
+        const TensorLayout& layout = plan_->layout.layouts[graph.states[state].next];
+        kept.push_back({fmt::format("state {}, {}", state, graph.nodes[graph.states[state].previous].name), layout,
+                        &context_, arena_.memory(layout.memory), plan_->memory.places[layout.memory].bytes});
+    }
+    return kept;
 }
 
 std::shared_ptr<FrameResult> Executor::free_result() {

@@ -33,6 +33,15 @@ struct HandedIn {
     std::vector<cl::Buffer> imports, exports;
 };
 
+/// What a frame leaves for the next, where both have it: after one frame, and before the other.
+struct KeptMemory {
+    std::string name;  // its own within a program: "part 0, state 1, history"
+    TensorLayout layout;
+    ocl::Context* context;
+    cl::Buffer buffer;
+    size_t bytes;
+};
+
 /// Runs a plan on its device, frame after frame. The constructor compiles, allocates and uploads; a frame only
 /// enqueues.
 class Executor {
@@ -63,6 +72,11 @@ class Executor {
 
     /// Whether submit was called.
     bool has_run() const { return !results_.empty(); }
+
+    /// The plan's states.
+    std::vector<KeptMemory> kept() const;
+    /// The next frame follows on states that were written there.
+    void states_are_written() { has_states_ = true; }
 
     /// A value of the last frame as interleaved floats. Waits. For values that are live at the frame's end.
     std::vector<float> read(graph::Value value) const;
@@ -113,6 +127,7 @@ class Executor {
     std::optional<Stage> present_;  // where none of these writes the caller's output
     cl::Buffer counter_;            // invalid motion vectors of the frame
     std::vector<std::shared_ptr<FrameResult>> results_;
+    bool has_states_ = false;
 };
 
 }  // namespace clarus::runtime

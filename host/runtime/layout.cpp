@@ -243,6 +243,14 @@ TensorArgument argument_for(const TensorLayout& layout) {
     return {layout.width, layout.height, layout.row(), layout.offset, ring, static_cast<std::uint32_t>(reciprocal)};
 }
 
+std::string text_of(const TensorLayout& layout) {
+    const char* storage = layout.storage == Storage::u8 ? "u8" : layout.storage == Storage::f16 ? "f16" : "f32";
+    return fmt::format("{}x{}x{} {} (block {}, stride {}, offset {}, samples {}{}{}, ring {}{})", layout.width,
+                       layout.height, layout.channels, storage, layout.block, layout.stride, layout.offset,
+                       layout.samples, layout.tiled ? " tiled" : "", layout.previous_samples ? " previous" : "",
+                       layout.ring, layout.in_ring ? " rows" : "");
+}
+
 std::string layout_options(const std::string& name, const TensorLayout& layout) {
     return fmt::format(
         "-D{0}_WIDTH=sizes->{0}.width -D{0}_HEIGHT=sizes->{0}.height -D{0}_ROW=sizes->{0}.row "

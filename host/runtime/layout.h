@@ -49,6 +49,9 @@ struct TensorArgument {
 static_assert(sizeof(TensorArgument) == 24);
 TensorArgument argument_for(const TensorLayout& layout);
 
+/// All of it but which memory it is: the same where the bytes mean the same.
+std::string text_of(const TensorLayout& layout);
+
 /// What a kernel is compiled for: "-DIN_CHANNELS=… -DIN_BLOCK=… …" for name "IN", all that kernels/common.clh asks for,
 /// with the names of what it is told when it runs ("-DIN_WIDTH=sizes->IN.width").
 std::string layout_options(const std::string& name, const TensorLayout& layout);

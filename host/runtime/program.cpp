@@ -1,10 +1,14 @@
 #include "runtime/program.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 #include <set>
 #include <tuple>
 #include <utility>
 
+#include "base/error.h"
 #include "cl/error.h"
 
 namespace clarus::runtime {
@@ -84,7 +88,9 @@ int Program::handover_to(std::span<const PartPlan> parts, const graph::Link& lin
                 handovers_[index].context() == context())
                 return static_cast<int>(index);
         const PartPlan& from = parts[link.from];
-        Handover handover{link.from, link.from_port, context, bytes_of_export(from, link.from_port), {}, nullptr};
+        const TensorLayout& layout = *from.plan->exports()[link.from_port];
+        const size_t bytes = from.plan->memory.places[layout.memory].bytes;
+        Handover handover{link.from, link.from_port, layout, context, bytes, {}, nullptr};
         for (cl::Buffer& buffer : handover.buffers) buffer = zeroed(*parts[reader].context, handover.bytes);
         if (!shares_memory(from, parts[reader])) {
             const graph::Graph& graph = from.plan->layout.graph;
@@ -150,6 +156,62 @@ HandedIn Program::handed_in(int part) const {
         result.imports.push_back(buffer(handover, frames_ - frames_ago));
     for (const int handover : exports_[part]) result.exports.push_back(buffer(handover, frames_));
     return result;
+}
+
+std::vector<KeptMemory> Program::kept() const {
+    std::vector<KeptMemory> kept;
+    std::set<int> handed_over;  // to the next frame
+    for (size_t part = 0; part < executors_.size(); ++part) {
+        for (KeptMemory& state : executors_[part]->kept()) {
+            state.name = fmt::format("part {}, {}", part, state.name);
+            kept.push_back(std::move(state));
+        }
+        for (const auto& [index, frames_ago] : imports_[part]) {
+            if (frames_ago == 0 || !handed_over.insert(index).second) continue;
+            const Handover& handover = handovers_[index];
+            kept.push_back({fmt::format("handover {}, of part {}", index, handover.from), handover.layout,
+                            contexts_[part], handover.buffers[frames_ % 2], handover.bytes});
+        }
+    }
+    return kept;
+}
+
+std::vector<KeptValue> Program::read_kept() {
+    finish();
+    return ocl::checked("read the history", [&] {
+        std::vector<KeptValue> values;
+        for (const KeptMemory& memory : kept()) {
+            std::vector<std::byte> bytes(memory.bytes);
+            memory.context->queue().enqueueReadBuffer(memory.buffer, CL_TRUE, 0, bytes.size(), bytes.data());
+            values.push_back({memory.name, text_of(memory.layout), memory.layout.storage, std::move(bytes)});
+        }
+        return values;
+    });
+}
+
+void Program::write_kept(std::span<const KeptValue> values) {
+    const std::vector<KeptMemory> memories = kept();
+    if (values.size() != memories.size())
+        fail(ErrorKind::invalid_argument, "history: it has {} values, and {} are kept here", values.size(),
+             memories.size());
+    std::map<std::string, const KeptValue*> by_name;
+    for (const KeptValue& value : values) by_name[value.name] = &value;
+    for (const KeptMemory& memory : memories) {
+        const auto found = by_name.find(memory.name);
+        if (found == by_name.end()) fail(ErrorKind::invalid_argument, "history: it lacks \"{}\"", memory.name);
+        const KeptValue& value = *found->second;
+        const std::string here = text_of(memory.layout);
+        if (value.layout != here || value.bytes.size() != memory.bytes)
+            fail(ErrorKind::invalid_argument, "history: \"{}\" is {} in {} bytes, and {} in {} bytes here", value.name,
+                 value.layout, value.bytes.size(), here, memory.bytes);
+    }
+    finish();
+    ocl::checked("write the history", [&] {
+        for (const KeptMemory& memory : memories)
+            memory.context->queue().enqueueWriteBuffer(memory.buffer, CL_TRUE, 0, memory.bytes,
+                                                       by_name.at(memory.name)->bytes.data());
+    });
+    for (const auto& executor : executors_) executor->states_are_written();
 }
 
 std::shared_ptr<FrameResult> Program::submit(const FrameDescription& frame, const FrameConstants& constants) {

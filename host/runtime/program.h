@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -30,6 +31,13 @@ struct FrameFailure {
 /// None where the frame did not fail, or is still on its way. Errors: device.
 std::optional<FrameFailure> failure_of(const FrameResult& frame);
 
+/// What a program keeps from one frame to the next, with where it was as text: `layout` is how its elements lie.
+struct KeptValue {
+    std::string name, layout;
+    Storage storage;
+    std::vector<std::byte> bytes;
+};
+
 /// The commands of a frame, on one device or several: parts of the network that run, and transfers between devices that
 /// do not see the same memory. Each waits for what it needs, of this frame and of those before, and for nothing else:
 /// while one device works on a frame, another works on the next.
@@ -50,6 +58,14 @@ class Program {
     std::shared_ptr<FrameResult> submit(const FrameDescription& frame, const FrameConstants& constants);
 
     bool has_run() const { return frames_ > 0; }
+
+    /// What the frames leave for the next, of every part and from part to part, byte by byte. Waits for the frames on
+    /// their way. Errors: device.
+    std::vector<KeptValue> read_kept();
+    /// Puts it where the next frame looks for it. Waits, as read_kept does. Errors: invalid_argument, naming what is
+    /// not of this program's form; device.
+    void write_kept(std::span<const KeptValue> values);
+
     /// The part whose device failed, in submit or since then.
     std::optional<int> failed_part() const;
     Executor& executor(int part) { return *executors_[part]; }
@@ -66,6 +82,7 @@ class Program {
     /// Two frames' values of an export, in the context of a part or of those that read it.
     struct Handover {
         int from, port;
+        TensorLayout layout;
         cl::Context context;
         size_t bytes;
         std::array<cl::Buffer, 2> buffers;
@@ -99,6 +116,7 @@ class Program {
                             std::vector<cl::Event>& waits) const;
     Transfer::Ends transfer(const Command& command);
     void finish();
+    std::vector<KeptMemory> kept() const;
 
     cl::Context callers_;
     const bool profile_;

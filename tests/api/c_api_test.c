@@ -28,7 +28,8 @@ int main(void) {
         clarus_options known;
         int added;
     } newer;
-    size_t i;
+    const void* saved = NULL;
+    size_t i, size = 0;
 
     CHECK(clarus_version() == CLARUS_VERSION && strcmp(clarus_version_string(), CLARUS_VERSION_STRING) == 0);
     CHECK(clarus_device_open("no such device", &device) == CLARUS_NO_DEVICE);
@@ -121,6 +122,27 @@ int main(void) {
     CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
     for (i = 0; i < sizeof(output) / sizeof(*output); ++i) CHECK(output[i] >= 0 && output[i] <= 1);
     CHECK(clarus_upscaler_part_count(upscaler) == 0);
+
+    /* What was saved after a frame is what the next one follows on, once more. */
+    CHECK(clarus_upscaler_keeps_history(upscaler) == 1 && clarus_upscaler_keeps_history(NULL) == 0);
+    CHECK(clarus_upscaler_save_history(upscaler, NULL, &size) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_upscaler_save_history(upscaler, &saved, &size) == CLARUS_OK && size > 0);
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    memcpy(between, output, sizeof(output));
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    CHECK(memcmp(between, output, sizeof(output)) != 0);
+    CHECK(clarus_upscaler_restore_history(upscaler, saved, size) == CLARUS_OK);
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    CHECK(memcmp(between, output, sizeof(output)) == 0);
+    CHECK(clarus_upscaler_restore_history(upscaler, saved, size - 1) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_upscaler_restore_history(upscaler, NULL, size) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "history"));
+    CHECK(clarus_interpolator_save_history(interpolator, &saved, &size) == CLARUS_OK && size > 0);
+    CHECK(clarus_upscaler_restore_history(upscaler, saved, size) == CLARUS_INVALID_ARGUMENT);
+    CHECK(clarus_interpolator_restore_history(interpolator, saved, size) == CLARUS_OK);
     clarus_upscaler_release(upscaler);
 
     /* Two devices, here one twice, share the stages. */

@@ -38,13 +38,23 @@ class ChildProcess {
         waitpid(id_, nullptr, 0);
         id_ = -1;
     }
+    /// At once; false where it had ended before.
+    bool kill_unless_ended() {
+        signal(SIGKILL);
+        int status = 0;
+        waitpid(id_, &status, 0);
+        id_ = -1;
+        code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        return WIFSIGNALED(status);
+    }
     /// Its exit code, or -1 where it does not end in a minute.
     int result() {
+        if (id_ < 0) return code_;
         for (int i = 0; i < 6000; ++i) {
             int status = 0;
             if (waitpid(id_, &status, WNOHANG) == id_) {
                 id_ = -1;
-                return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+                return code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
@@ -53,6 +63,7 @@ class ChildProcess {
 
   private:
     pid_t id_;
+    int code_ = -1;  // once it has ended
 };
 
 }  // namespace clarus::test

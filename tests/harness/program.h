@@ -31,6 +31,8 @@ class Program {
     /// Waits, where a signal may have ended it.
     void ended() { process_.result(); }
     void kill() { process_.kill(); }
+    /// False where it had ended by itself; `result` then says how.
+    bool kill_unless_ended() { return process_.kill_unless_ended(); }
     void interrupt() const { process_.signal(SIGINT); }
 
   private:

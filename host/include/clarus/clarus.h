@@ -273,6 +273,14 @@ clarus_status clarus_upscaler_wait(clarus_upscaler* upscaler);
 clarus_status clarus_upscaler_wait_for(clarus_upscaler* upscaler, double seconds, int* done);
 void clarus_upscaler_reset(clarus_upscaler* upscaler);
 
+/* 1 where the model keeps anything of earlier frames. */
+int clarus_upscaler_keeps_history(const clarus_upscaler* upscaler);
+/* What it keeps of them for the next, which lives until the next call. Waits for the frames that were submitted. */
+clarus_status clarus_upscaler_save_history(clarus_upscaler* upscaler, const void** history, size_t* size);
+/* Goes on after the frame that was the last when another upscaler of the same model, options and size, in another
+   process, too, saved it: to the last bit on the same device. Prepares. */
+clarus_status clarus_upscaler_restore_history(clarus_upscaler* upscaler, const void* history, size_t size);
+
 /* Invalid motion vectors of the last submitted frame. Waits. */
 clarus_status clarus_upscaler_invalid_motion_vectors(const clarus_upscaler* upscaler, unsigned* count);
 /* The most that a frame's jitter was away from the nearest that the model has kernels for, in render pixels. */
@@ -304,6 +312,8 @@ clarus_status clarus_interpolator_submit(clarus_interpolator* interpolator, cons
 clarus_status clarus_interpolator_wait(clarus_interpolator* interpolator);
 clarus_status clarus_interpolator_wait_for(clarus_interpolator* interpolator, double seconds, int* done);
 void clarus_interpolator_reset(clarus_interpolator* interpolator);
+clarus_status clarus_interpolator_save_history(clarus_interpolator* interpolator, const void** history, size_t* size);
+clarus_status clarus_interpolator_restore_history(clarus_interpolator* interpolator, const void* history, size_t size);
 clarus_status clarus_interpolator_take_profile(clarus_interpolator* interpolator, const clarus_stage_profile** stages,
                                                size_t* count);
 

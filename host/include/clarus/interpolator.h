@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "clarus/device.h"
@@ -45,6 +47,10 @@ class CLARUS_API Interpolator {
 
     /// The next frame has none before it.
     void reset();
+
+    /// Upscaler::save_history and restore_history, of the frame before.
+    std::vector<std::byte> save_history() const;
+    void restore_history(std::span<const std::byte> history);
 
     /// Stages with their times since the last call; empty unless options.profile.
     std::vector<StageProfile> take_profile();

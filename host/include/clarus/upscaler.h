@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -75,6 +77,18 @@ class CLARUS_API Upscaler {
 
     /// Drops history: the next frame starts anew.
     void reset();
+
+    /// Whether the model keeps anything of earlier frames: false for what looks at one frame alone.
+    bool keeps_history() const;
+    /// What the upscaler keeps of earlier frames for the next, as bytes for `restore_history`: in another process, too,
+    /// of the same version of Clarus. After `reset` and before the first frame there is nothing, which is bytes as
+    /// well. Waits for the frames that were submitted. Errors: device.
+    std::vector<std::byte> save_history() const;
+    /// Goes on after the frame that was the last when another one saved it: the next frame's output is the same to the
+    /// last bit, on the same device, by the same kernels; where these are others, the log says so. Prepares. Errors:
+    /// invalid_argument where the bytes are no history, or that of another model, precision, size or way to share out
+    /// stages; what is kept then is as after `reset`; those of `prepare`.
+    void restore_history(std::span<const std::byte> history);
 
     /// Names of intermediates that can be asked for in UpscalerOptions::views ("alpha", "warped", …).
     std::vector<std::string> view_names() const;
