@@ -484,10 +484,10 @@ void add_upscale_command(CLI::App& app) {
                      "of its last frame: the bytes are those of one run");
     command
         .add_option("--save-every", options->save_every,
-                    "Between the states from which --resume can go on, 0 for one a frame; unless told 10, and as many "
-                    "more as keep that below a twentieth of the time")
+                    "Between the states from which --resume can go on, 0 for one a frame, at most 1e6; unless told 10, "
+                    "and as many more as keep that below a twentieth of the time")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6));
+        ->check(CLI::Range(0.0, 1e6).description(""));
     command.footer(
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"

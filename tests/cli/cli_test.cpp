@@ -1601,7 +1601,7 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         const Outcome outcome = place.upscale("bicubic");
         CHECK(outcome.exit_code == 1);
         CHECK_MESSAGE(contains(outcome.err, "0002.png: Is a directory"), outcome.err);
-        std::set<std::string> outputs = place.outputs();
+        std::set<std::string> outputs = without_state(place.outputs());
         outputs.erase("0003.png");  // may have been under way
         CHECK(outputs == std::set<std::string>{"0000.png", "0001.png"});
     }
