@@ -19,9 +19,10 @@ using Array = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cp
 
 io::Pixels pixels_of(const char* argument, nb::handle object) {
     Array array;
-    if (!nb::try_cast(object, array) || array.shape(2) != 3)
-        throw Error(ErrorKind::invalid_argument,
-                    fmt::format("{}: wanted is an array of rows x columns x 3 in host memory", argument));
+    if (!nb::try_cast(object, array, false) || array.shape(2) != 3)
+        throw Error(
+            ErrorKind::invalid_argument,
+            fmt::format("{}: must be a contiguous float32 array of rows x columns x 3 in host memory", argument));
     const Size size{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0))};
     return {size, 3, {array.data(), array.data() + array.size()}};
 }

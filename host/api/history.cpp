@@ -28,7 +28,7 @@ runtime::Storage storage_of(io::DataType type) {
     if (type == io::DataType::i8) return runtime::Storage::u8;
     if (type == io::DataType::f16) return runtime::Storage::f16;
     if (type == io::DataType::f32) return runtime::Storage::f32;
-    fail(ErrorKind::invalid_argument, "history: it holds whole numbers");
+    fail(ErrorKind::invalid_argument, "history: a tensor of a type that no device stores; f32, f16 and i8 are known");
 }
 
 float jitter_of(const io::Safetensors& file, const char* key) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/kept_placement.h"
 #include "api/stage_costs.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -111,6 +112,11 @@ void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places)
 void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     const std::vector<std::shared_ptr<ocl::Context>>& contexts = device_.contexts();
     const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
+    const KeptPlacement kept(fused, device_.profiles(), options_);
+    if (options_.tuning != Tuning::measure) {
+        const KeptPlacement::Choice choice = kept.find();
+        if (!choice.places.empty()) return part_out(fused, choice.places, choice.seconds);
+    }
     runtime::PlacementCosts costs;
     for (const auto& context : contexts) {
         costs.seconds.push_back(measure_nodes(*context, fused, options_, sizes_, constants({}, false)));
@@ -123,11 +129,18 @@ void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     costs.transfer = [&](int from, int to, double bytes) {
         return times[from][to].start + times[from][to].a_byte * bytes;
     };
-    const std::vector<int> places = runtime::place_for_speed(fused, costs);
+    KeptPlacement::Choice choice{runtime::place_for_speed(fused, costs), {}};
+    for (size_t value = 0; value < fused.nodes.size(); ++value)
+        choice.seconds.push_back(costs.seconds[choice.places[value]][value]);
+    kept.keep(choice);
+    part_out(fused, choice.places, choice.seconds);
+}
+
+void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places, const std::vector<double>& seconds) {
     part_out(fused, places);
     const std::vector<int> part_of = graph::part_of_nodes(fused, places);
     for (size_t value = 0; value < part_of.size(); ++value)
-        if (part_of[value] >= 0) parts_[part_of[value]].seconds += costs.seconds[places[value]][value];
+        if (part_of[value] >= 0) parts_[part_of[value]].seconds += seconds[value];
 }
 
 std::vector<PlacedPart> Stream::placement() const {

@@ -111,6 +111,12 @@ void OutputFile::commit() {
     if (rename(unfinished_.c_str(), path_.c_str()) != 0) give_up(errno);
     const int closed = close(std::exchange(file_, -1));
     if (closed != 0) give_up(errno);
+    // The name as well is to last; where that cannot be had, the file is there nevertheless.
+    const std::filesystem::path folder = path_.parent_path();
+    const int names = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (names < 0) return;
+    fsync(names);
+    close(names);
 }
 
 void OutputFile::give_up(int cause) const {

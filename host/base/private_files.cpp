@@ -15,6 +15,11 @@ bool is_own(const struct stat& status) {
     return owned && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
+bool is_own_folder(const std::filesystem::path& folder) {
+    struct stat status;
+    return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_own(status);
+}
+
 }  // namespace
 
 bool make_private_folder(const std::filesystem::path& folder) {
@@ -23,11 +28,11 @@ bool make_private_folder(const std::filesystem::path& folder) {
         part /= name;
         mkdir(part.c_str(), 0700);  // what comes of it is seen below
     }
-    struct stat status;
-    return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_own(status);
+    return is_own_folder(folder);
 }
 
 std::optional<std::string> read_private_file(const std::filesystem::path& path, size_t most) {
+    if (!is_own_folder(path.parent_path())) return std::nullopt;
     const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) return std::nullopt;
     std::optional<std::string> bytes;

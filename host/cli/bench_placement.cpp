@@ -90,10 +90,13 @@ void bench_placement(const Options& options) {
 }  // namespace
 
 void add_bench_placement_command(CLI::App& bench) {
-    CLI::App& command = *bench.add_subcommand("placement", "Measure how several devices share one model");
+    CLI::App& command =
+        *bench.add_subcommand("placement", "Measure how several devices share one model, and several streams devices");
     const auto options = std::make_shared<Options>();
-    command.add_option("--devices", options->devices, "Two or more selectors between commas, as `upscale --device`; with --streams, also one")
-        ->type_name("SEL,SEL")
+    command
+        .add_option("--devices", options->devices,
+                    "Two or more selectors between commas, as `upscale --device`; with --streams, also one")
+        ->type_name("SEL,…")
         ->required();
     command.add_option("--model", options->model, "A name from `clarus models`, or a model file")->required();
     command.add_option("--size", options->size, "Of the output")->type_name("WxH")->capture_default_str();

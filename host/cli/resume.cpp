@@ -64,7 +64,7 @@ std::map<std::string, std::string> run_settings(const UpscalerOptions& options, 
 }
 
 RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, const std::filesystem::path& path,
-                         const std::filesystem::path& state_file, bool keeps_history, const IsMade& is_made) {
+                         const std::filesystem::path& state_file, const IsMade& is_made) {
     RunFrames frames{asked.first, asked.first, asked.checked_end(sequence.frames.size(), path)};
     if (std::optional<RunState> state = read_run_state(state_file)) {
         check_follows(asked, *state, state_file);
@@ -78,14 +78,8 @@ RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, 
     size_t next = frames.begin;
     while (next < frames.end && made(next)) ++next;
     if (next == frames.begin) return frames;
-    if (keeps_history) {
-        fmt::print(
-            "starting over at frame {}: {} frames are there, but no {}, without which what is kept of them for "
-            "the next is lost\n",
-            frames.begin, next - frames.begin, state_file.string());
-        return frames;
-    }
-    frames.begin = next;
+    fmt::print("starting over at frame {}: {} frames are there, but no {}, which says what they were made with\n",
+               frames.begin, next - frames.begin, state_file.string());
     return frames;
 }
 

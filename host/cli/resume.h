@@ -31,12 +31,11 @@ std::map<std::string, std::string> run_settings(const UpscalerOptions& options, 
 /// Whether a frame of this name is complete on the disk.
 using IsMade = std::function<bool(const std::string&)>;
 
-/// Those of a run with `--resume`: all from where the state in the file says, else, where nothing is kept from frame to
-/// frame, all from the first that is not made. Prints why it starts over where some are. `path`: the
-/// sequence's, for messages. Errors: read_run_state's; invalid_argument where the frames asked for do not follow on
-/// those that are made.
+/// Those of a run with `--resume`: from where the state in the file says; without one, all, and where some of them are
+/// there already it prints that it starts over. `path`: the sequence's, for messages. Errors: read_run_state's;
+/// invalid_argument where the frames asked for do not follow on those that are made.
 RunFrames resumed_frames(const FrameRange& asked, const io::Sequence& sequence, const std::filesystem::path& path,
-                         const std::filesystem::path& state_file, bool keeps_history, const IsMade& is_made);
+                         const std::filesystem::path& state_file, const IsMade& is_made);
 
 /// Goes on from the state; `interpolator` may be null. Errors: those of Upscaler::restore_history, with the way out.
 void restore_run(const std::filesystem::path& state_file, const RunState& state, Upscaler& upscaler,

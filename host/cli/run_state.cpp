@@ -66,7 +66,8 @@ RunState state_of(const io::Safetensors& file) {
     state.first = index_of(file, "first");
     state.next = index_of(file, "next");
     if (state.first > state.next)
-        fail(ErrorKind::file, "{}: no frame is from {} to {}", file.path().string(), state.first, state.next);
+        fail(ErrorKind::file, "{}: its first frame, {}, is after its next, {}", file.path().string(), state.first,
+             state.next);
     state.frames = file.require_metadata("frames");
     for (const auto& [key, value] : file.metadata())
         if (key.starts_with(kSetting)) state.settings[key.substr(kSetting.size())] = value;

@@ -111,7 +111,8 @@ bool keeps_alpha(const UpscaleOptions& options, const OutputTarget& target, bool
         fail(ErrorKind::invalid_argument, "{}; leave --alpha keep out", without);
     if (options.alpha == Alpha::drop || !has_alpha) return false;
     if (!without) return true;
-    log(LogLevel::warning, "the sequence's colour has alpha, which the results have not: {}; --alpha drop says so",
+    log(LogLevel::warning,
+        "the results are written without the alpha of the sequence's colour: {}; with --alpha drop nothing is said",
         without);
     return false;
 }
@@ -222,6 +223,10 @@ void upscale(const UpscaleOptions& options) {
     }
     Upscaler upscaler(device, model, whole.render_size, settings);
     std::optional<Interpolator> interpolator;
+    if (options.frame_rate == FrameRate::doubled && settings.ui_format)
+        fail(ErrorKind::invalid_argument,
+             "--frame-rate x2: the sequence has user interface (`ui`), which would move with the picture in the frames "
+             "in between; take it out of the JSON, and draw it on the result");
     if (options.frame_rate == FrameRate::doubled)
         interpolator.emplace(device, upscaler.render_size(), upscaler.output_size(), interpolator_options(settings));
 
@@ -230,7 +235,6 @@ void upscale(const UpscaleOptions& options) {
     const size_t asked = options.sequence.frames.first;
     const RunFrames run = options.resume
                               ? resumed_frames(options.sequence.frames, whole, options.sequence.path, state_file,
-                                               interpolator || upscaler.keeps_history(),
                                                [&](const std::string& name) {
                                                    return is_regular_file(target.folder / (name + extension));
                                                })
@@ -243,7 +247,7 @@ void upscale(const UpscaleOptions& options) {
         check_run_state(state_file, *run.state, settings_of_run(output_type(bits, format, target, io::SampleType::u8)),
                         whole);
     if (run.is_empty()) {
-        fmt::print("nothing is left to make: {} has frames {} to {}\n", target.folder.string(), asked, end - 1);
+        fmt::print("nothing is left to make: frames {} to {} were made by the runs before\n", asked, end - 1);
         return;
     }
     io::Sequence sequence = whole;
@@ -340,8 +344,8 @@ void upscale(const UpscaleOptions& options) {
             if (video)
                 fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(),
                      frames.size(), sequence.frames.size());
-            fail(ErrorKind::file, "interrupted after {} of {} frames; --resume goes on in {}", frames.size(),
-                 sequence.frames.size(), target.folder.string());
+            fail(ErrorKind::file, "interrupted after {} of {} frames; --resume {} in {}", frames.size(),
+                 sequence.frames.size(), frames.empty() ? "begins" : "goes on", target.folder.string());
         }
         if (checkpoints && run.end < whole.frames.size())
             fmt::print("made frames {} to {} of {}; --resume goes on there\n", run.begin, run.end - 1,
@@ -485,7 +489,7 @@ void add_upscale_command(CLI::App& app) {
     command
         .add_option("--save-every", options->save_every,
                     "Between the states from which --resume can go on, 0 for one a frame, at most 1e6; unless told 10, "
-                    "and as many more as keep that below a twentieth of the time")
+                    "longer where writing would take more than 5 % of the time")
         ->type_name("SECONDS")
         ->check(CLI::Range(0.0, 1e6).description(""));
     command.footer(

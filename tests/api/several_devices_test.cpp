@@ -4,12 +4,18 @@
 
 #include <doctest/doctest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <future>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "cache_folder.h"
 #include "clarus/error.h"
+#include "io/file.h"
+#include "temporary_folder.h"
 
 using namespace clarus;
 using namespace clarus::test;
@@ -92,6 +98,47 @@ TEST_CASE("auto places by measuring and computes the same bits") {
     CHECK(seconds > 0);
     CHECK(stages > 2);
     CHECK(film.run(upscaler) == expected);
+}
+
+TEST_CASE("what auto has chosen is kept, and nothing else that lies there is taken") {
+    const test::Golden golden("srpo_x2");
+    const TemporaryFolder folder;
+    const CacheFolder cache(folder / "cache");
+    const auto placed = [&](Tuning tuning = Tuning::stored) {
+        UpscalerOptions options = options_for(golden);
+        options.tuning = tuning;
+        Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options);
+        upscaler.prepare();
+        return upscaler.placement();
+    };
+    const std::filesystem::path placements = folder / "cache/placements";
+    const std::vector<PlacedPart> first = placed();
+    REQUIRE(std::distance(std::filesystem::directory_iterator(placements), {}) == 1);
+    const std::filesystem::path file = std::filesystem::directory_iterator(placements)->path();
+    nlohmann::json json = nlohmann::json::parse(io::read_file(file));
+    const auto write = [&](const std::string& text) { std::ofstream(file) << text; };
+
+    for (auto& place : json["places"]) place = 1;
+    for (auto& seconds : json["seconds"]) seconds = 1e6;
+    write(json.dump());
+    const std::vector<PlacedPart> taken = placed();
+    REQUIRE(taken.size() == 1);
+    CHECK(taken[0].device == 1);
+    CHECK(taken[0].seconds >= 1e6);
+
+    for (const std::string& text :
+         {std::string("{"), std::string("{}"), json.dump().substr(0, 20),
+          std::string(R"({"places": [1], "seconds": [0]})"), std::string(R"({"places": ["a"], "seconds": 3})")}) {
+        write(text);
+        CHECK(placed().front().seconds < 1e6);
+    }
+    json["places"][0] = 2;
+    write(json.dump());
+    CHECK(placed().front().seconds < 1e6);
+    json["places"][0] = 1;
+    write(json.dump());
+    CHECK(placed(Tuning::measure).front().seconds < 1e6);
+    CHECK(placed(Tuning::fixed).front().seconds < 1e6);
 }
 
 TEST_CASE("views, profiles and what was invalid come from the device that has them") {

@@ -352,7 +352,8 @@ class Inquiry(unittest.TestCase):
         other = np.clip(image + np.float32(0.1), 0, 2)
         self.assertAlmostEqual(clarus.psnr(other, image), 20, 3)
         self.assertLess(clarus.ssim(other, image), 1)
-        for pattern, arrays in {"image: wanted": (image[..., :2], image), "reference: wanted": (image, image[0]),
+        for pattern, arrays in {"image: must be": (image[..., :2], image), "reference: must be": (image, image[0]),
+                                "image: must be a contiguous float32": ((255 * image).astype(np.uint8), image),
                                 "48": (image, image[:-1])}.items():
             with self.subTest(pattern), self.assertRaisesRegex(clarus.InvalidArgumentError, pattern):
                 clarus.psnr(*arrays)

@@ -57,9 +57,13 @@ class Soak:
         self.server = subprocess.Popen([tool, "serve", "soak", "--model", self.models[0], "--keep", "--device", device],
                                        stdout=self.log, stderr=self.log)
         self.player = None
-        self.latencies = []
+        self.latencies, self.complaints = [], []
         self.socket = folder / "clarus" / "soak.control"
+        end = time.monotonic() + 60
         while not self.socket.exists() and self.server.poll() is None:
+            if time.monotonic() > end:
+                self.server.kill()
+                raise Failed("the server does not listen within a minute")
             time.sleep(0.02)
 
     def close(self):
@@ -70,7 +74,7 @@ class Soak:
                     process.wait(60)
                 except subprocess.TimeoutExpired:
                     process.kill()
-                    raise Failed("a process does not end at SIGINT")
+                    self.complaints.append("a process does not end at SIGINT")
         self.log.close()
 
     def state(self):
@@ -201,7 +205,7 @@ def main():
                         print(f"\r{len(samples)} rounds, {left / 60:.1f} minutes left ", end="", file=sys.stderr)
             finally:
                 soak.close()
-            complaints = judge(samples, options.seconds)
+            complaints = soak.complaints + judge(samples, options.seconds)
         except Failed as failure:
             complaints = [str(failure)]
     if sys.stderr.isatty():

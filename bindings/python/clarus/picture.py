@@ -1,5 +1,6 @@
 """Pictures that notebooks show."""
 
+import os
 import struct
 import zlib
 
@@ -47,5 +48,12 @@ class Picture:
 
     def save(self, path):
         """As a PNG file."""
-        with open(path, "wb") as file:
-            file.write(self._png)
+        unfinished = f"{os.fspath(path)}.{os.getpid()}.partial"
+        try:
+            with open(unfinished, "xb") as file:
+                file.write(self._png)
+            os.replace(unfinished, path)
+        except BaseException:
+            if os.path.exists(unfinished):
+                os.remove(unfinished)
+            raise

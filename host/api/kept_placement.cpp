@@ -1,0 +1,89 @@
+#include "api/kept_placement.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "base/error.h"
+#include "base/log.h"
+#include "base/output_file.h"
+#include "base/private_files.h"
+#include "cl/disk_cache.h"
+#include "clarus/version.h"
+#include "io/json_reader.h"
+
+namespace clarus {
+namespace {
+
+constexpr size_t kLargestFile = size_t{1} << 20;  // bytes
+
+/// All that measured times depend on.
+std::string described(const graph::Graph& graph, std::span<const DeviceProfile> devices, const StreamOptions& options) {
+    std::string text = fmt::format("{} precision {} tuning {}\n", CLARUS_VERSION_STRING,
+                                   static_cast<int>(options.precision), static_cast<int>(options.tuning));
+    for (const DeviceProfile& device : devices)
+        text += fmt::format("{}|{}|{}|{}|{}|{}|{}\n", device.platform, device.name, device.driver_version,
+                            device.opencl_version, device.compute_units, device.clock_mhz,
+                            static_cast<int>(device.device_class));
+    for (const graph::Node& node : graph.nodes) {
+        text += fmt::format("{} {} {}x{}x{}", node.op.index(), node.name, node.shape.channels, node.shape.height,
+                            node.shape.width);
+        for (const graph::Value input : node.inputs) text += fmt::format(" {}", input);
+        if (const auto* convolution = std::get_if<graph::Convolution>(&node.op)) {
+            const graph::Parameters& parameters = *graph.parameters[convolution->parameters];
+            text += fmt::format(" {} {} {} {}", parameters.kernel, parameters.groups, parameters.stride,
+                                parameters.quantized.has_value());
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+}  // namespace
+
+KeptPlacement::KeptPlacement(const graph::Graph& graph, std::span<const DeviceProfile> devices,
+                             const StreamOptions& options)
+    : nodes_(graph.nodes.size()), devices_(devices.size()) {
+    const std::string folder = cache_directory();
+    if (folder.empty()) return;
+    const std::string text = described(graph, devices, options);
+    file_ = fmt::format("{}/placements/{:02x}.json", folder, fmt::join(ocl::cache_key({text}), ""));
+}
+
+KeptPlacement::Choice KeptPlacement::find() const {
+    if (file_.empty()) return {};
+    const std::optional<std::string> text = read_private_file(file_, kLargestFile);
+    const std::optional<nlohmann::json> json = text ? io::try_parse_json(*text) : std::nullopt;
+    if (!json) return {};
+    try {
+        Choice choice{json->at("places").get<std::vector<int>>(), json->at("seconds").get<std::vector<double>>()};
+        const bool fits =
+            choice.places.size() == nodes_ && choice.seconds.size() == nodes_ &&
+            std::ranges::all_of(choice.places,
+                                [&](int place) { return place >= 0 && std::cmp_less(place, devices_); }) &&
+            std::ranges::all_of(choice.seconds, [](double seconds) { return std::isfinite(seconds) && seconds >= 0; });
+        return fits ? choice : Choice();
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
+}
+
+void KeptPlacement::keep(const Choice& choice) const {
+    if (file_.empty() || !make_private_folder(std::filesystem::path(file_).parent_path())) return;
+    const std::string text = nlohmann::json{{"places", choice.places}, {"seconds", choice.seconds}}.dump() + '\n';
+    try {
+        OutputFile file(file_);
+        file.write(std::as_bytes(std::span(text)));
+        file.commit();
+    } catch (const Error& error) {
+        log(LogLevel::warning, "{}. The placement is measured again the next time", error.what());
+    }
+}
+
+}  // namespace clarus
