@@ -88,7 +88,7 @@ std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) c
             header.hash == hash_of(key, payload))
             return payload;
     }
-    log(LogLevel::debug, "the cache entry {} is damaged; it is made anew", path(key).string());
+    log(LogLevel::debug, "the cache entry {} is damaged, or others may write it; it is made anew", path(key).string());
     return std::nullopt;
 }
 

@@ -604,9 +604,9 @@ TEST_CASE("upscale --view writes what the pipeline saw") {
     check_refused(place, place.upscale(network, {"--view", "entrails"}), "entrails");
 
     REQUIRE(place.upscale(network, {"--view", "alpha", "--view", "motion", "--frames", ":2"}).exit_code == 0);
-    CHECK(place.outputs() == std::set<std::string>{"0000.png", "0001.png", "views/alpha/0000.png",
-                                                   "views/alpha/0001.png", "views/motion/0000.png",
-                                                   "views/motion/0001.png"});
+    CHECK(place.outputs() == std::set<std::string>{".clarus-run.safetensors", "0000.png", "0001.png",
+                                                   "views/alpha/0000.png", "views/alpha/0001.png",
+                                                   "views/motion/0000.png", "views/motion/0001.png"});
     const io::Pixels alpha = io::read_image(place.output() / "views/alpha/0001.png");
     CHECK(alpha.size == output_size);
     CHECK(alpha.at(3, 3, 0) == alpha.at(3, 3, 2));
@@ -1577,7 +1577,7 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         place.describe(description);
         fs::create_directories(place.sequence() / "ui");
         const fs::path picture = place.sequence() / "ui/0000.png";
-        io::write_image(picture, noise(output_size, 3, 0, 1, 7), io::SampleType::u8);
+        io::write_image(picture, noise(output_size, 4, 0, 1, 7), io::SampleType::u8);
         const std::string before = io::read_file(picture);
         const std::string folder = picture.parent_path().string();
         const Outcome outcome =
