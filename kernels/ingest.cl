@@ -151,22 +151,22 @@ inline float canonical_depth(float raw, Frame frame) {
 #define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
 
 // Colours of pixels of a row, as many as `pixels` and T have from (x0, y) on, into `values` of four pixels.
-#define READ_COLORS(T, row, values)                                                             \
-    _Pragma("unroll") for (int i = 0; i < 16; ++i) {                                            \
-        const int last = T##_SMALLER ? min(pixels, T##_WIDTH - x0) - 1 : pixels - 1;            \
-        const int x = x0 + min(i / 4, last);                                                    \
-        values[i] = i % 4 == 3 ? 0 : readable(READ(T, row, i % 4));                             \
+#define READ_COLORS(T, row, values)                                                  \
+    _Pragma("unroll") for (int i = 0; i < 16; ++i) {                                 \
+        const int last = T##_SMALLER ? min(pixels, T##_WIDTH - x0) - 1 : pixels - 1; \
+        const int x = x0 + min(i / 4, last);                                         \
+        values[i] = i % 4 == 3 ? 0 : readable(READ(T, row, i % 4));                  \
     }
 #ifdef LINEAR_COLOR
 #define ENCODE_COLORS(values) vstore16(display_values(vload16(0, values), frame.exposure), 0, values)
 #else
 #define ENCODE_COLORS(values)
 #endif
-#define WRITE_COLORS(T, values, written)                              \
-    do {                                                              \
-        WRITE(T, values[4 * i], written, 0);                          \
-        WRITE(T, values[4 * i + 1], written, 1);                      \
-        WRITE(T, values[4 * i + 2], written, 2);                      \
+#define WRITE_COLORS(T, values, written)         \
+    do {                                         \
+        WRITE(T, values[4 * i], written, 0);     \
+        WRITE(T, values[4 * i + 1], written, 1); \
+        WRITE(T, values[4 * i + 2], written, 2); \
     } while (0)
 
 // `pixels` of a row, 1 … 4, from (x0, y) on. Colours of four fill a vector.

@@ -149,8 +149,7 @@ std::vector<PlacementResult> measure_placements(const Device& devices, const Mod
 
     std::vector<Named> placements;
     for (size_t device = 0; device < count; ++device)
-        placements.push_back(
-            {fmt::format("all on {}", device), count < 2 ? by_default : fmt::format("*={}", device)});
+        placements.push_back({fmt::format("all on {}", device), count < 2 ? by_default : fmt::format("*={}", device)});
     if (count > 1) placements.push_back({"auto", "auto"});
     if (!options.rules.empty()) placements.push_back({options.rules, options.rules});
     if (options.every_cut)

@@ -53,8 +53,8 @@ struct StreamOptions {
     std::optional<ImageFormat> reactive_format, transparency_format;
     /// Of FrameDescription::opaque_color, ≥ 3 channels, any type. Upscalers alone; where set, every frame brings it.
     std::optional<ImageFormat> opaque_format;
-    /// Of FrameDescription::ui, 4 channels, any type; where set, frames may bring it. Over display-encoded output alone:
-    /// over linear output it comes after the display's tone curve.
+    /// Of FrameDescription::ui, 4 channels, any type; where set, frames may bring it. Over display-encoded output
+    /// alone: over linear output it comes after the display's tone curve.
     std::optional<ImageFormat> ui_format;
     ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1; u8, f16 or f32
     bool profile = false;                            // time every stage with device events
