@@ -1,7 +1,6 @@
 #include "api/kept_placement.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +10,11 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "base/output_file.h"
 #include "base/private_files.h"
-#include "cl/disk_cache.h"
+#include "clarus/device.h"
 #include "clarus/version.h"
 #include "io/json_reader.h"
 
@@ -53,7 +53,7 @@ KeptPlacement::KeptPlacement(const graph::Graph& graph, std::span<const DevicePr
     const std::string folder = cache_directory();
     if (folder.empty()) return;
     const std::string text = described(graph, devices, options);
-    file_ = fmt::format("{}/placements/{:02x}.json", folder, fmt::join(ocl::cache_key({text}), ""));
+    file_ = fmt::format("{}/placements/{}.json", folder, hexadecimal(hash_of(text)));
 }
 
 KeptPlacement::Choice KeptPlacement::find() const {

@@ -90,7 +90,7 @@ std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
     std::vector<UnitPlace> places(units.size());
     std::vector<ProgramUnit> missing;
     std::vector<size_t> of_missing;
-    const auto key_of = [](const ProgramUnit& unit) { return cache_key({unit.name, unit.source, unit.options}); };
+    const auto key_of = [](const ProgramUnit& unit) { return hash_of_parts({unit.name, unit.source, unit.options}); };
     {
         const std::lock_guard lock(programs_->mutex);
         for (size_t i = 0; i < units.size(); ++i) {
@@ -104,7 +104,7 @@ std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
     }
     if (missing.empty()) return places;
     const bool on_disk = missing.size() < units.size() &&
-                         std::filesystem::exists(disk_cache_.path(cache_key({program_text(units), identity_})));
+                         std::filesystem::exists(disk_cache_.path(hash_of_parts({program_text(units), identity_})));
     if (on_disk) {
         missing.assign(units.begin(), units.end());
         of_missing.resize(units.size());
@@ -119,7 +119,7 @@ std::vector<UnitPlace> Context::places(std::span<const ProgramUnit> units) {
 
 cl::Program Context::program(std::span<const ProgramUnit> units) {
     const std::string text = program_text(units);
-    const CacheKey key = cache_key({text, identity_});
+    const CacheKey key = hash_of_parts({text, identity_});
 
     std::promise<cl::Program> promise;
     std::shared_future<cl::Program> program;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <array>
+#include <cstdint>
 #include <cstring>
 #include <mutex>
 #include <set>
@@ -30,7 +32,7 @@ static_assert(sizeof(Header) == 40);
 
 constexpr size_t kLargestEntry = size_t{1} << 28;  // bytes
 
-std::uint64_t hash_of(const CacheKey& key, std::span<const unsigned char> payload) {
+std::uint64_t checksum(const CacheKey& key, std::span<const unsigned char> payload) {
     std::uint64_t seed = 0;
     for (const unsigned char byte : key) seed = seed * 0x100000001b3 + byte;
     return XXH3_64bits_withSeed(payload.data(), payload.size(), seed);
@@ -56,24 +58,7 @@ void warn_once(const std::filesystem::path& folder, std::string_view cause) {
 
 }  // namespace
 
-CacheKey cache_key(std::initializer_list<std::string_view> parts) {
-    std::string joined;
-    for (const std::string_view part : parts) {
-        joined += fmt::format("{}:", part.size());
-        joined += part;
-    }
-    XXH128_canonical_t canonical;
-    XXH128_canonicalFromHash(&canonical, XXH3_128bits(joined.data(), joined.size()));
-    CacheKey key;
-    std::memcpy(key.data(), canonical.digest, key.size());
-    return key;
-}
-
-std::filesystem::path DiskCache::path(const CacheKey& key) const {
-    std::string name;
-    for (const unsigned char byte : key) name += fmt::format("{:02x}", byte);
-    return folder_ / name;
-}
+std::filesystem::path DiskCache::path(const CacheKey& key) const { return folder_ / hexadecimal(key); }
 
 std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) const {
     std::error_code none;
@@ -85,7 +70,7 @@ std::optional<std::vector<unsigned char>> DiskCache::load(const CacheKey& key) c
         std::memcpy(&header, bytes->data(), sizeof header);
         const std::vector<unsigned char> payload(bytes->begin() + sizeof header, bytes->end());
         if (header.magic == magic && header.key == key && header.length == payload.size() &&
-            header.hash == hash_of(key, payload))
+            header.hash == checksum(key, payload))
             return payload;
     }
     log(LogLevel::debug, "the cache entry {} is damaged, or others may write it; it is made anew", path(key).string());
@@ -99,7 +84,7 @@ void DiskCache::store(const CacheKey& key, const std::vector<unsigned char>& pay
                                               "nobody else may write",
                                               folder_.string()));
     try {
-        write_entry(path(key), {magic, key, payload.size(), hash_of(key, payload)}, payload);
+        write_entry(path(key), {magic, key, payload.size(), checksum(key, payload)}, payload);
     } catch (const Error& error) {
         warn_once(folder_, error.what());
     }

@@ -1,20 +1,15 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <optional>
-#include <string_view>
 #include <vector>
+
+#include "base/hash.h"
 
 namespace clarus::ocl {
 
-/// The XXH3-128 hash of everything that a cached thing depends on.
-using CacheKey = std::array<unsigned char, 16>;
-
-/// Parts are kept apart: {"ab", "c"} and {"a", "bc"} have different keys.
-CacheKey cache_key(std::initializer_list<std::string_view> parts);
+/// The hash of everything that a cached thing depends on.
+using CacheKey = Hash;
 
 /// Blobs in a folder, one file each, that several processes may share: an entry is an OutputFile (base/output_file.h),
 /// and carries its key, length and hash, so that a damaged or foreign one reads as absent, as does one that another

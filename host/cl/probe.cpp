@@ -115,7 +115,7 @@ Abilities probe(const cl::Device& device) {
     const ProgramUnit claims{"probe.cl", claims_source, ""};
     const std::string claims_program = program_text({&claims, 1});
     const CacheKey key =
-        cache_key({"abilities", claims_program, half_arithmetic_source, vnni_source, device_identity(device)});
+        hash_of_parts({"abilities", claims_program, half_arithmetic_source, vnni_source, device_identity(device)});
     if (const auto kept = cache.load(key); kept && kept->size() == 4)
         return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0, (*kept)[3] != 0};
     std::optional<cl_int> passing;

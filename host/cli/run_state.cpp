@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/parse.h"
-#include "cl/disk_cache.h"
 #include "io/file.h"
 #include "io/safetensors.h"
 #include "io/safetensors_writer.h"
@@ -25,20 +25,16 @@ constexpr const char* kWayOut = "leave --resume out to start over";
 
 using Metadata = std::map<std::string, std::string>;
 
-std::string hash_of(std::initializer_list<std::string_view> parts) {
-    return fmt::format("{:02x}", fmt::join(ocl::cache_key(parts), ""));
-}
-
 std::string_view text_of(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-std::string hash_of(const Metadata& metadata, std::span<const std::byte> upscaler,
-                    std::span<const std::byte> interpolator) {
+std::string digest_of(const Metadata& metadata, std::span<const std::byte> upscaler,
+                      std::span<const std::byte> interpolator) {
     std::string text;
     for (const auto& [key, value] : metadata)
         if (key != "hash") text += fmt::format("{}:{}={}:{};", key.size(), key, value.size(), value);
-    return hash_of({text, text_of(upscaler), text_of(interpolator)});
+    return hexadecimal(hash_of_parts({text, text_of(upscaler), text_of(interpolator)}));
 }
 
 size_t index_of(const io::Safetensors& file, const std::string& key) {
@@ -61,7 +57,7 @@ RunState state_of(const io::Safetensors& file) {
     RunState state;
     state.upscaler = bytes_of("upscaler");
     state.interpolator = bytes_of("interpolator");
-    if (file.require_metadata("hash") != hash_of(file.metadata(), state.upscaler, state.interpolator))
+    if (file.require_metadata("hash") != digest_of(file.metadata(), state.upscaler, state.interpolator))
         fail(ErrorKind::file, "{} is damaged: its hash is not that of what it holds", file.path().string());
     state.first = index_of(file, "first");
     state.next = index_of(file, "next");
@@ -96,7 +92,8 @@ std::string digest_of(const io::Sequence& sequence, size_t first, size_t next) {
         for (const auto& [kind, file] : frame.optional) text += " " + kind;
         text += '\n';
     }
-    return hash_of({text, first < next ? io::read_file(sequence.frames[next - 1].color) : std::string()});
+    return hexadecimal(
+        hash_of_parts({text, first < next ? io::read_file(sequence.frames[next - 1].color) : std::string()}));
 }
 
 void write_run_state(const std::filesystem::path& file, const RunState& state) {
@@ -105,7 +102,7 @@ void write_run_state(const std::filesystem::path& file, const RunState& state) {
                       {"next", std::to_string(state.next)},
                       {"frames", state.frames}};
     for (const auto& [name, value] : state.settings) metadata[std::string(kSetting) + name] = value;
-    metadata["hash"] = hash_of(metadata, state.upscaler, state.interpolator);
+    metadata["hash"] = digest_of(metadata, state.upscaler, state.interpolator);
     const auto tensor = [](const std::vector<std::byte>& bytes) {
         return io::NewTensor::of(io::DataType::i8, {static_cast<int64_t>(bytes.size())},
                                  std::span<const std::byte>(bytes));

@@ -1,13 +1,12 @@
 #include "measure/checks.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/place.h"
 #include "io/file.h"
 #include "io/json_reader.h"
@@ -57,12 +56,7 @@ double tolerance(Precision precision) { return precision == Precision::fp16 ? 1e
 
 std::string checksum(const Model& model) {
     if (!model.tensors()) return {};
-    const std::string bytes = io::read_file(model.tensors()->path());
-    XXH128_canonical_t canonical;
-    XXH128_canonicalFromHash(&canonical, XXH3_128bits(bytes.data(), bytes.size()));
-    std::string text;
-    for (const unsigned char byte : canonical.digest) text += fmt::format("{:02x}", byte);
-    return text;
+    return hexadecimal(hash_of(io::read_file(model.tensors()->path())));
 }
 
 Checks Checks::read(const std::filesystem::path& path) {

@@ -230,7 +230,7 @@ kernel void scale(global float* v) { v[get_global_id(0)] = term_float(times(v[ge
     TEST_CASE("what a cache entry says is believed of its own key, of a sane size, and of the user's own file alone") {
         const TemporaryFolder folder;
         const ocl::DiskCache disk(folder / "programs");
-        const ocl::CacheKey one = ocl::cache_key({"one"}), other = ocl::cache_key({"other"});
+        const ocl::CacheKey one = hash_of("one"), other = hash_of("other");
         disk.store(one, {1, 2, 3});
         CHECK(disk.load(one) == std::vector<unsigned char>{1, 2, 3});
         CHECK((std::filesystem::status(folder / "programs").permissions() & std::filesystem::perms::mask) ==
@@ -262,7 +262,7 @@ kernel void scale(global float* v) { v[get_global_id(0)] = term_float(times(v[ge
     TEST_CASE("without a home there is no cache") {
         const TemporaryFolder folder;
         const ocl::DiskCache none{std::filesystem::path()};
-        const ocl::CacheKey key = ocl::cache_key({"key"});
+        const ocl::CacheKey key = hash_of("key");
         none.store(key, {1});
         CHECK_FALSE(none.load(key));
         CHECK_FALSE(std::filesystem::exists(none.path(key)));
