@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/parse.h"
 #include "cli/host_buffers.h"
 
@@ -94,8 +95,11 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
     if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
-    return std::make_shared<Seat>(
-        Seat{std::move(stream), std::move(device), std::move(model), std::move(upscaler), std::move(buffers)});
+    return {new Seat{std::move(stream), std::move(device), std::move(model), std::move(upscaler), std::move(buffers)},
+            [](Seat* seat) {
+                delete seat;
+                return_freed_memory();
+            }};
 }
 
 void Serving::meet(const Progress& progress) {

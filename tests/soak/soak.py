@@ -6,7 +6,8 @@ usage: soak.py CLARUS SECONDS [--device SEL] [--models A,B] [-o FILE]
 
 Every round goes through the same changes and ends where it began; there the server is looked at. Rounds of the first
 fifth of the time, at least two, warm caches up. Over the others, the line through a figure must not rise by more than a
-twentieth and its allowance. Prints a table, a line for each tenth of the time; FILE gets all samples as JSON."""
+twentieth and its allowance; from ten minutes on, the last third's median latency not by more than half over the first's.
+Prints a table, a line for each tenth of the time; FILE gets all samples as JSON."""
 import argparse
 import json
 import os
@@ -24,6 +25,8 @@ RENDER_SIZES = ["128x80", "96x64"]
 # What may be added to a twentieth: what the system's allocators keep, in KB, and a descriptor or thread in passing.
 ALLOWANCES = {"memory": 16 << 10, "descriptors": 2, "threads": 2}
 KEPT = 0.05
+LONG_ENOUGH_FOR_LATENCY = 600  # seconds: a shared machine slows down for some
+LATENCY_KEPT = 1.5
 CAMERAS = 8
 
 
@@ -150,6 +153,18 @@ def growth(times, values):
     return slope * (times[-1] - times[0])
 
 
+def percentile(values, share):
+    return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
+
+
+def latencies_of(samples):
+    return [value for sample in samples for value in sample["latencies"]]
+
+
+def median_latency(samples):
+    return percentile(latencies_of(samples), 0.5)
+
+
 def judge(samples, seconds):
     """What grew, in words."""
     warm = max(2, next((i for i, sample in enumerate(samples) if sample["time"] >= seconds / 5), len(samples)))
@@ -162,11 +177,12 @@ def judge(samples, seconds):
         grown = growth([sample["time"] for sample in rest], values)
         if grown > KEPT * values[0] + allowance:
             complaints.append(f"{key} grew by {grown:.0f} from {values[0]}")
+    if seconds >= LONG_ENOUGH_FOR_LATENCY:
+        third = len(rest) // 3
+        first, last = median_latency(rest[:third]), median_latency(rest[-third:])
+        if last > LATENCY_KEPT * first:
+            complaints.append(f"the median latency rose from {first:.1f} to {last:.1f} ms")
     return complaints
-
-
-def percentile(values, share):
-    return sorted(values)[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
 
 
 def print_table(samples):
@@ -174,7 +190,7 @@ def print_table(samples):
     lines = min(10, len(samples))
     for line in range(lines):
         part = samples[line * len(samples) // lines:(line + 1) * len(samples) // lines]
-        last, latencies = part[-1], [value for sample in part for value in sample["latencies"]]
+        last, latencies = part[-1], latencies_of(part)
         print(f"{last['time'] / 60:8.1f} {len(part):7} {last['frames']:8} {last['memory'] / 1024:10.1f} {last['descriptors']:12} "
               f"{last['threads']:8} {percentile(latencies, .5):7.1f} {percentile(latencies, .95):7.1f} "
               f"{percentile(latencies, .99):7.1f}")

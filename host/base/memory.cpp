@@ -1,0 +1,17 @@
+#include "base/memory.h"
+
+#include <cstdlib>  // tells of the C library
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+namespace clarus {
+
+void return_freed_memory() {
+#if defined(__GLIBC__)
+    malloc_trim(0);
+#endif
+}
+
+}  // namespace clarus
