@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/parse.h"
-#include "cl/disk_cache.h"
 #include "io/safetensors.h"
 #include "io/safetensors_writer.h"
 
@@ -87,19 +86,6 @@ History history_of(std::span<const std::byte> bytes, const std::string& network)
         if (error.kind() == ErrorKind::file) fail(ErrorKind::invalid_argument, "{}", error.what());
         throw;
     }
-}
-
-std::string identity_of(const Model& model) {
-    if (!model.tensors()) return fmt::format("{} x{}", model.name(), model.scale());
-    std::string text;
-    const auto add = [&](const std::string& name, std::string_view bytes) {
-        text += fmt::format("{}:{:02x};", name, fmt::join(ocl::cache_key({bytes}), ""));
-    };
-    for (const auto& [key, value] : model.metadata()) add(key, value);
-    for (const auto& [name, tensor] : model.tensors()->tensors())
-        add(fmt::format("{} {} {}", name, static_cast<int>(tensor.type), fmt::join(tensor.shape, "x")),
-            {reinterpret_cast<const char*>(tensor.bytes.data()), tensor.bytes.size()});
-    return fmt::format("a model x{} with the hash {:02x}", model.scale(), fmt::join(ocl::cache_key({text}), ""));
 }
 
 }  // namespace clarus

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "clarus/model.h"
 #include "clarus/types.h"
 #include "runtime/program.h"
 
@@ -25,8 +24,5 @@ struct History {
 std::vector<std::byte> bytes_of(const History& history, const std::string& network);
 /// The opposite. Errors: invalid_argument, where the bytes are no history or are that of another network.
 History history_of(std::span<const std::byte> bytes, const std::string& network);
-
-/// What tells a model from others: its name where it is a filter, else the hash of what its file says.
-std::string identity_of(const Model& model);
 
 }  // namespace clarus

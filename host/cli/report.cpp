@@ -19,6 +19,7 @@
 #include "cli/progress.h"
 #include "cli/report_pictures.h"
 #include "cli/report_traces.h"
+#include "cli/run_file.h"
 #include "io/file.h"
 #include "io/image.h"
 #include "io/image_folder.h"
@@ -43,34 +44,6 @@ struct ReportOptions {
     std::string title;
     fs::path output = "report.html";
 };
-
-fs::path run_file(const fs::path& folder) { return folder / "report.json"; }
-
-/// What `clarus upscale --report` left in a result's folder; null where it did not.
-Json read_run(const fs::path& folder) {
-    const fs::path file = run_file(folder);
-    if (!fs::exists(file)) return {};
-    const nlohmann::json run = io::parse_json(io::read_file(file), file);
-    const io::JsonNode root(run, file);
-    root["model"]["name"].text();
-    const std::vector<io::JsonNode> devices = root["devices"].items();
-    for (const io::JsonNode& device : devices) device["name"].text();
-    root["precision"].text();
-    root["output_size"].items(2);
-    for (const io::JsonNode& stage : root["stages"].items()) {
-        for (const char* key : {"name", "kernel"}) stage[key].text();
-        for (const char* key : {"seconds", "operations", "bytes"}) stage[key].number(0, 1e30);
-        stage["device"].number(-1, static_cast<double>(devices.size()) - 1);
-    }
-    const auto stages = static_cast<double>(root["stages"].items().size());
-    for (const io::JsonNode& span : root["timeline"].items()) {
-        span["stage"].number(0, stages - 1);
-        for (const char* key : {"frame", "start", "end"}) span[key].number(0, 1e30);
-    }
-    for (const io::JsonNode& part : root["placement"].items())
-        for (const io::JsonNode& stage : part["stages"].items()) stage.text();
-    return run;
-}
 
 /// Folders' or files' last parts; whole paths where those are not enough to tell them apart.
 std::vector<std::string> names_of(std::span<const fs::path> paths) {

@@ -15,6 +15,16 @@ def write(target, name, content):
     (seeds / target / name).write_bytes(content)
 
 
+def safetensors(metadata, tensors):
+    """Tensors of so many F32 zeros."""
+    header, end = {"__metadata__": metadata}, 0
+    for name, count in tensors.items():
+        header[name] = {"dtype": "F32", "shape": [count], "data_offsets": [end, end + 4 * count]}
+        end += 4 * count
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + bytes(end)
+
+
 write("address", "port", b"7000")
 write("address", "host", b"localhost:7000")
 write("address", "ipv6", b"[::1]:7000")
@@ -31,6 +41,21 @@ bench.parent.mkdir(parents=True, exist_ok=True)
 subprocess.run([tests.parent / "build/bin/clarus", "bench", "--models", "bilinear", "--sizes", "64x48", "--seconds", "0.2",
                 "--without-start", "-o", bench], check=True)
 bench.write_text(json.dumps(json.loads(bench.read_text())))  # shorter
+
+write("camera", "frame", json.dumps({"jitter_offset": {"x": 0.25, "y": -0.5}}).encode())
+
+write("control", "state", b"{}")
+write("control", "change", json.dumps({"model": "enss-s-x2", "scale": "2", "output-size": "auto"}).encode())
+
+write("report", "run", json.dumps({
+    "model": {"name": "bilinear"}, "devices": [{"name": "cpu"}], "precision": "fp32", "output_size": [32, 16],
+    "stages": [{"name": "resample", "kernel": "fast", "seconds": 1e-3, "operations": 2048, "bytes": 4096, "device": 0}],
+    "timeline": [{"stage": 0, "frame": 0, "start": 0, "end": 1e-3}], "placement": [{"stages": ["resample"]}]}).encode())
+
+write("history", "values", safetensors({"form": "clarus history 1", "network": "a network", "render_size": "16x8", "jitter_x": "0.25",
+                                        "jitter_y": "-0.25", "computed_by": "a device", "layout of history": "32x16"},
+                                       {"history": 1536}))
+write("history", "none", safetensors({"form": "clarus history 1", "network": "a network"}, {}))
 
 write("trace", "frame", json.dumps({"otherData": {"began": 1.5e9}, "traceEvents": [
     {"ph": "M", "name": "process_name", "pid": 1, "args": {"name": "render"}},
