@@ -15,6 +15,7 @@
 #include "base/parse.h"
 #include "clarus/jitter.h"
 #include "clarus/log.h"
+#include "clarus/quality.h"
 #include "cli/choice.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
@@ -113,6 +114,7 @@ io::Sequence sequence_of(const Options& options, const io::OutputLayout& layout)
     sequence.render_size = render_size(options.size);
     sequence.scale = options.scale;
     sequence.frame_rate = static_cast<double>(render::frame_rate) / options.frame_step;
+    sequence.mip_bias = mip_bias(options.scale);
     sequence.color_space = options.hdr ? ColorSpace::linear : ColorSpace::srgb;
     sequence.depth = {.projective = options.depth == "projective", .reversed = options.reversed};
     sequence.motion.jittered = options.motion_jittered;
@@ -137,7 +139,7 @@ render::RenderSettings settings_of(const Options& options, const io::Sequence& s
     render::RenderSettings settings;
     settings.render_size = sequence.render_size;
     settings.output_size = sequence.output_size();
-    settings.mip_bias = -static_cast<float>(std::log2(sequence.scale));
+    settings.mip_bias = static_cast<float>(sequence.mip_bias.value());
     settings.hdr = sequence.color_space == ColorSpace::linear;
     settings.samples = options.samples;
     settings.output_buffers = options.output_buffers;

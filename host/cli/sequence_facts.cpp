@@ -7,6 +7,7 @@
 
 #include "base/log.h"
 #include "clarus/jitter.h"
+#include "clarus/quality.h"
 #include "cli/model_choice.h"
 
 namespace clarus::cli {
@@ -41,9 +42,18 @@ bool has_mnss_jitter(const std::vector<io::FrameFiles>& frames, int scale) {
     return true;
 }
 
-}  // namespace
+void warn_of_mip_bias(const io::Sequence& sequence, const Upscaler& upscaler, const Model& model) {
+    constexpr double noticeable = 0.5;  // mip levels
+    if (!sequence.mip_bias || !upscaler.needs_motion() || sequence.is_dynamic()) return;
+    const double wanted = mip_bias(sequence.output_scale());
+    if (std::abs(*sequence.mip_bias - wanted) <= noticeable) return;
+    log(LogLevel::warning,
+        "textures were sampled with a mip bias of {:g}, and {} wants {:.3g} here: they come out {} "
+        "(docs/choosing-a-model.md, \"What each wants as input\")",
+        *sequence.mip_bias, model.name(), wanted, *sequence.mip_bias > wanted ? "blurred" : "aliased");
+}
 
-void warn_of_facts(const io::Sequence& sequence, const Model& model) {
+void warn_of_jitter(const io::Sequence& sequence, const Model& model) {
     const Vec2 jitter = largest_jitter(sequence);
     if (jitter == Vec2{}) return;
     const auto [width, height] = sequence.render_size;
@@ -64,6 +74,13 @@ void warn_of_facts(const io::Sequence& sequence, const Model& model) {
             "{} wants frames with MNSS's own pattern of jitter (docs/conventions.md, \"Jitter\"; `clarus render "
             "--jitter mnss`), and these have another: results are less sharp",
             model.name());
+}
+
+}  // namespace
+
+void warn_of_facts(const io::Sequence& sequence, const Upscaler& upscaler, const Model& model) {
+    warn_of_mip_bias(sequence, upscaler, model);
+    warn_of_jitter(sequence, model);
 }
 
 }  // namespace clarus::cli

@@ -258,7 +258,7 @@ void upscale(const UpscaleOptions& options) {
     std::optional<AlphaUpscaler> alpha;
     if (keeps_alpha(options, target, colors.has_alpha)) alpha.emplace(device, upscaler, model, settings);
     const io::SampleType type = output_type(bits, format, target, colors.type);
-    warn_of_facts(sequence, model);
+    warn_of_facts(sequence, upscaler, model);
     const Size made = scaled(sequence.render_size, model.scale());
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);

@@ -19,14 +19,16 @@ constexpr uintmax_t largest_description = 1 << 28;  // bytes
 
 constexpr int largest_extent = 1 << 15;           // pixels
 constexpr double largest_scale = largest_extent;  // that of an image of one pixel
+constexpr double largest_bias = 16;               // mip levels
 // Images that a frame may have.
 constexpr std::array further_images{"reactive",        "transparency",     "opaque_color",     "ui",
                                     "reference_depth", "reference_motion", "reference_aliased"};
 
 // What objects of docs/formats.md may hold.
 using Names = std::string_view;
-constexpr std::array root_fields = std::to_array<Names>({"version", "render_size", "scale", "output_size", "frame_rate",
-                                                         "color_space", "color", "depth", "motion", "frames"});
+constexpr std::array root_fields =
+    std::to_array<Names>({"version", "render_size", "scale", "output_size", "frame_rate", "mip_bias", "color_space",
+                          "color", "depth", "motion", "frames"});
 constexpr std::array color_fields = std::to_array<Names>({"channels", "part"});
 constexpr std::array depth_fields = std::to_array<Names>({"encoding", "reversed", "near", "far", "channels", "part"});
 constexpr std::array motion_fields =
@@ -193,6 +195,7 @@ Sequence read_native(const std::filesystem::path& description) {
     sequence.scale = root["scale"].number(1, largest_scale);
     if (const auto shown = root.find("output_size")) sequence.shown_size = read_size(*shown);
     if (const auto rate = root.find("frame_rate")) sequence.frame_rate = rate->positive();
+    if (const auto bias = root.find("mip_bias")) sequence.mip_bias = bias->number(-largest_bias, largest_bias);
     sequence.color_space =
         root["color_space"].choice<ColorSpace>({{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});
 
@@ -293,6 +296,7 @@ void write_sequence(const Sequence& sequence, const std::filesystem::path& folde
                    {"jittered", motion.jittered},
                    {"sampled_at", motion.sampled_at_jitter ? "jittered" : "centre"}}},
                  {"frames", Json::array()}};
+    if (sequence.mip_bias) json["mip_bias"] = static_cast<float>(*sequence.mip_bias);
     if (sequence.shown_size) json["output_size"] = {sequence.shown_size->width, sequence.shown_size->height};
     if (depth.projective) {
         json["depth"]["near"] = sequence.frames.front().near_plane;

@@ -40,6 +40,7 @@ struct Sequence {
     Size render_size;
     double scale = 2;
     double frame_rate = 60;
+    std::optional<double> mip_bias;  // that colour's textures were sampled with, where it is known
     ColorSpace color_space = ColorSpace::srgb;
     DepthEncoding depth;
     DepthStorage depth_storage = DepthStorage::first_channel;

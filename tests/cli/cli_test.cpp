@@ -858,8 +858,17 @@ TEST_CASE("what a sequence hardly means is told, once") {
         const Vec2 jitter = mnss_jitter(places[i], 2);
         pattern["frames"][i]["jitter"] = {jitter.x, jitter.y};
     }
+    for (const double bias : {-1.0, -1.4}) {
+        pattern["mip_bias"] = bias;
+        place.describe(pattern);
+        CHECK(place.upscale(mnss).err == "");
+    }
+    pattern["mip_bias"] = 0;
+    told(pattern, mnss, "a mip bias of 0, and mnss_x2.model wants -1 here: they come out blurred");
+    pattern["mip_bias"] = -2;
+    told(pattern, mnss, "they come out aliased");
     place.describe(pattern);
-    CHECK(place.upscale(mnss).err == "");
+    CHECK(place.upscale("bicubic").err == "");  // takes any
     place.describe(description);
     for (const json& frame : description["frames"])
         io::write_image(place.sequence() / frame["depth"].get<std::string>(), noise(render_size, 1, 5, 50, 1),

@@ -35,6 +35,7 @@ json description() {
         {"render_size", {960, 540}},
         {"scale", 2},
         {"frame_rate", 30},
+        {"mip_bias", -1.5},
         {"color_space", "srgb"},
         {"depth", {{"encoding", "linear"}, {"reversed", true}}},
         {"motion",
@@ -90,6 +91,7 @@ TEST_CASE("a native sequence says what its JSON says") {
     CHECK(sequence.output_size() == Size{1920, 1080});
     CHECK(sequence.scale == 2);
     CHECK(sequence.frame_rate == 30);
+    CHECK(sequence.mip_bias == -1.5);
     CHECK(sequence.color_space == ColorSpace::srgb);
     CHECK_FALSE(sequence.depth.projective);
     CHECK(sequence.depth.reversed);
@@ -117,11 +119,12 @@ TEST_CASE("a native sequence says what its JSON says") {
 
 TEST_CASE("what a native sequence need not say") {
     json text = description();
-    for (const char* key : {"frame_rate"}) text.erase(key);
+    for (const char* key : {"frame_rate", "mip_bias"}) text.erase(key);
     text["depth"].erase("encoding");
     text["motion"].erase("sampled_at");
     const Sequence sequence = Description(text.dump()).read();
     CHECK(sequence.frame_rate == 60);
+    CHECK_FALSE(sequence.mip_bias);
     CHECK_FALSE(sequence.depth.projective);
     CHECK_FALSE(sequence.motion.sampled_at_jitter);
     text["depth"].erase("reversed");
@@ -251,6 +254,7 @@ TEST_CASE("a value that does not fit is named with its place, what it is and wha
     CHECK(message_with("/scale", "2") == Contains("scale must be a number from 1 to 32768, not \"2\""));
     CHECK(message_with("/scale", 0.5) == Contains("scale must be"));
     CHECK(message_with("/scale", 1e300) == Contains("scale must be"));
+    CHECK(message_with("/mip_bias", -17) == Contains("mip_bias must be a number from -16 to 16, not -17"));
     CHECK(message_with("/frame_rate", 0) == Contains("frame_rate must be a positive number"));
     CHECK(message_with("/color_space", "p3") ==
           Contains("color_space must be one of \"srgb\", \"linear\", not \"p3\""));
