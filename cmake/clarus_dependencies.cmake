@@ -19,7 +19,11 @@ function(clarus_dependency name version licence url)
 endfunction()
 
 pkg_check_modules(clblast QUIET clblast)
-clarus_dependency(OpenCL "${OpenCL_VERSION_STRING}" Apache-2.0 https://github.com/KhronosGroup/OpenCL-Headers)
+# ocl-icd's or Khronos's: nothing tells which, and at run time it may be another.
+pkg_check_modules(opencl_loader QUIET OpenCL)
+clarus_dependency(OpenCL-loader "${opencl_loader_VERSION}" NOASSERTION NOASSERTION)
+clarus_dependency(OpenCL-Headers "${OpenCL_VERSION_STRING}" Apache-2.0
+                  https://github.com/KhronosGroup/OpenCL-Headers)
 clarus_dependency(CLBlast "${clblast_VERSION}" Apache-2.0 https://github.com/CNugteren/CLBlast)
 clarus_dependency(fmt "${fmt_VERSION}" MIT https://github.com/fmtlib/fmt)
 clarus_dependency(nlohmann_json "${nlohmann_json_VERSION}" MIT https://github.com/nlohmann/json)
@@ -46,5 +50,6 @@ if(CLARUS_RENDERER)
 endif()
 
 string(TIMESTAMP sbom_created "%Y-%m-%dT%H:%M:%SZ" UTC)
+string(SHA256 sbom_hash "${sbom_created}${sbom_packages}")  # what makes its namespace its own
 configure_file(cmake/package/sbom.spdx.json.in ${PROJECT_BINARY_DIR}/sbom.spdx.json @ONLY)
 list(JOIN CLARUS_DEPENDENCIES ", " CLARUS_DEPENDENCIES)
