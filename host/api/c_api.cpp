@@ -110,23 +110,6 @@ clarus_status guarded(F&& f) {
     }
 }
 
-/// Polls, since OpenCL has no wait that ends. Errors: device where the frame failed.
-bool is_done_within(const clarus::FrameEvent& event, double seconds) {
-    using Clock = std::chrono::steady_clock;
-    const auto begin = Clock::now();
-    for (auto pause = std::chrono::microseconds(50);; pause = std::min(2 * pause, std::chrono::microseconds(2000))) {
-        cl_int status = CL_COMPLETE;
-        const cl_event handle = event.get();
-        if (clGetEventInfo(handle, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr) != CL_SUCCESS ||
-            status <= CL_COMPLETE) {
-            event.wait();
-            return true;
-        }
-        if (std::chrono::duration<double>(Clock::now() - begin).count() >= seconds) return false;
-        std::this_thread::sleep_for(pause);
-    }
-}
-
 template <typename Stream>
 clarus_status wait_for(Stream* stream, const char* name, double seconds, int* done) {
     return guarded([&] {
@@ -134,7 +117,7 @@ clarus_status wait_for(Stream* stream, const char* name, double seconds, int* do
         const std::optional<clarus::FrameEvent>& last = given(stream, name).last;
         if (!(seconds >= 0))
             clarus::fail(clarus::ErrorKind::invalid_argument, "seconds: {}; must be 0 or more", seconds);
-        is_done = !last || is_done_within(*last, seconds);
+        is_done = !last || last->wait_for(std::chrono::duration<double>(seconds));
     });
 }
 
@@ -186,6 +169,7 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     options.dynamic_resolution = from.dynamic_resolution != 0;
     if (from.placement) options.placement = from.placement;
     options.fallback = from.fallback != 0;
+    options.diagnose = from.diagnose != 0;
     options.profile = from.profile != 0;
     options.band_rows = from.band_rows;
     if (from.view_count > 0) given(from.views, "options.views");

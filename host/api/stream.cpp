@@ -1,7 +1,5 @@
 #include "api/stream.h"
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,9 +7,9 @@
 #include "api/kept_placement.h"
 #include "api/stage_costs.h"
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "cl/context.h"
-#include "cl/disk_cache.h"
 #include "graph/passes.h"
 #include "runtime/placement.h"
 
@@ -342,7 +340,7 @@ std::string Stream::computed_by() const {
         for (const runtime::PlannedStage& stage : part.plan->stages)
             kernels += fmt::format("{}: {}; ", stage.problem.node.name, stage.selection.describe());
     }
-    return fmt::format("{} with the kernels {:02x}", devices, fmt::join(ocl::cache_key({kernels}), ""));
+    return fmt::format("{} with the kernels {}", devices, hexadecimal(hash_of(kernels)));
 }
 
 History Stream::history() const {

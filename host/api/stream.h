@@ -47,6 +47,8 @@ class Stream {
     bool needs_depth() const;
     bool needs_motion() const;
     const MemoryRequirements& memory_requirements() const { return memory_; }
+    /// Whose queue runs the first part of frames, all of them where there is one device.
+    const ocl::Context& context() const { return *parts_.front().context; }
 
     /// As Upscaler's.
     void prepare(const std::function<void(double)>& progress = {});

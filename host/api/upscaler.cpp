@@ -4,12 +4,15 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "api/build_graph.h"
+#include "api/diagnosis.h"
 #include "api/effects.h"
 #include "api/history.h"
 #include "api/masks.h"
+#include "api/model_identity.h"
 #include "api/stream.h"
 #include "base/error.h"
 #include "base/log.h"
@@ -60,6 +63,22 @@ void FrameEvent::wait() const {
          device, ocl::status_name(failure->status));
 }
 
+bool FrameEvent::wait_for(std::chrono::duration<double> longest) const {
+    // OpenCL has no wait that ends.
+    using Clock = std::chrono::steady_clock;
+    const auto begin = Clock::now();
+    for (auto pause = std::chrono::microseconds(50);; pause = std::min(2 * pause, std::chrono::microseconds(2000))) {
+        cl_int status = CL_COMPLETE;
+        if (clGetEventInfo(get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr) != CL_SUCCESS ||
+            status <= CL_COMPLETE) {
+            wait();
+            return true;
+        }
+        if (Clock::now() - begin >= longest) return false;
+        std::this_thread::sleep_for(pause);
+    }
+}
+
 cl_event FrameEvent::get() const { return result_->done(); }
 
 unsigned FrameEvent::invalid_motion_vectors() const {
@@ -75,12 +94,17 @@ struct Upscaler::State {
 
     Model model;
     Stream stream;
+    std::optional<Diagnosis> diagnosis;
 
     State(Device device, Model used_model, Size render_size, const UpscalerOptions& options)
         : model(std::move(used_model)),
           stream(
               std::move(device), [this, options](Size render) { return build(render, options); }, render_size,
-              plan_options(options), sizes_around(model, options.output_size)) {}
+              plan_options(options), sizes_around(model, options.output_size)) {
+        if (options.diagnose && stream.needs_motion())
+            diagnosis.emplace(options, render_size,
+                              static_cast<double>(stream.sizes().output.width) / render_size.width);
+    }
 
     SizedGraph build(Size render, const UpscalerOptions& options) const {
         const auto [scale, own] = model_sizes(model, render, options.output_size);
@@ -120,7 +144,11 @@ MemoryRequirements Upscaler::memory_requirements() const { return state_->stream
 
 void Upscaler::prepare(const std::function<void(double)>& progress) { state_->stream.prepare(progress); }
 
-FrameEvent Upscaler::submit(const FrameDescription& frame) { return state_->stream.submit(frame); }
+FrameEvent Upscaler::submit(const FrameDescription& frame) {
+    FrameEvent event = state_->stream.submit(frame);
+    if (state_->diagnosis) state_->diagnosis->add(frame, state_->stream.context());
+    return event;
+}
 
 void Upscaler::reset() { state_->stream.reset(); }
 

@@ -1,39 +1,23 @@
 #include "cli/convention_watch.h"
 
-#include <fmt/format.h>
-#include <sched.h>
-
 #include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "base/error.h"
 #include "base/log.h"
-#include "check/check.h"
+#include "check/first_frames.h"
 
 namespace clarus::cli {
 namespace {
 
-// Threads that this one makes are alike. Reading comes before, for image libraries keep the threads that they make.
-void take_idle_time() {
-    const sched_param none{};
-    sched_setscheduler(0, SCHED_IDLE, &none);  // where it fails, the thread takes its share as others do
-}
-
 std::string surely_wrong(io::Sequence sequence) {
-    constexpr size_t least_frames = 4, most_frames = 8, pixels = 600;
     std::vector<io::FrameFiles>& frames = sequence.frames;
-    frames.resize(std::min(frames.size(), most_frames));
+    frames.resize(std::min(frames.size(), check::most_first_frames));
     const auto lacks_motion = [](const io::FrameFiles& frame) { return frame.motion.empty(); };
-    if (frames.size() < least_frames || std::ranges::any_of(frames, lacks_motion)) return {};
-    const check::Film film = check::Film::read(std::move(sequence));
-    take_idle_time();
-    std::string text;
-    for (const check::Finding& one : check::judge(check::measure(film, pixels), film.sequence).findings)
-        if (one.verdict == check::Verdict::wrong)
-            text += fmt::format("{}{} is {}, and {} fits better", text.empty() ? "" : "; ", one.field, one.declared,
-                                one.best);
-    return text;
+    if (frames.size() < check::fewest_first_frames || std::ranges::any_of(frames, lacks_motion)) return {};
+    // Read before the thread takes others' leavings, for image libraries keep the threads that they make.
+    return check::surely_wrong(check::Film::read(std::move(sequence)));
 }
 
 }  // namespace

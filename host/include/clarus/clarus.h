@@ -80,6 +80,7 @@ typedef struct clarus_options {
     size_t view_count;
     clarus_format reactive_format, transparency_format; /* 0 channels: frames bring no such mask */
     clarus_format opaque_format, ui_format;             /* likewise of opaque_color and ui */
+    int diagnose; /* 1: the first frames are held against what is declared of them, see UpscalerOptions::diagnose */
 } clarus_options;
 
 typedef struct clarus_option_description {

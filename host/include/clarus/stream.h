@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -167,6 +168,9 @@ class CLARUS_API FrameEvent {
     explicit FrameEvent(std::shared_ptr<const runtime::FrameResult> result);
     /// Waits until the output is there and the inputs may be reused. Errors: device.
     void wait() const;
+    /// Waits at most so long; whether the output is there. For what may never come, where an event of
+    /// FrameDescription::wait_for does not complete. Errors: as wait.
+    bool wait_for(std::chrono::duration<double> longest) const;
     /// For wait lists of the caller's own commands; to be retained by whoever outlives this handle.
     cl_event get() const;
     /// Invalid motion vectors of the frame (0 on a reset frame). Waits.

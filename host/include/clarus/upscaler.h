@@ -26,10 +26,9 @@ struct UpscalerOptions : StreamOptions {
     /// whole images would be large for the device.
     int band_rows = 0;
     /// Of the output, in pixels, from 1 to 2^15 a side; where not set, each frame's render size times the model's
-    /// scale. Where
-    /// it is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a bicubic filter
-    /// without overshoot, at most four times, or reduced to the mean of what each pixel covers, at most to a quarter.
-    /// What the model keeps for later frames stays as it is.
+    /// scale. Where it is another, the model's result is resampled to it, each axis by its own ratio: enlarged by a
+    /// bicubic filter without overshoot, at most four times, or reduced to the mean of what each pixel covers, at most
+    /// to a quarter. What the model keeps for later frames stays as it is.
     std::optional<Size> output_size;
     Antialiasing antialias_input = Antialiasing::none;  // of the colour that the model sees
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
@@ -38,6 +37,11 @@ struct UpscalerOptions : StreamOptions {
     /// By name, what else the model's pipeline lets choose: Model::options lists it. What is not named has its usual
     /// value.
     std::map<std::string, double> pipeline_options;
+    /// Whether the first frames are held against what the options and their jitter declare, to find a wrong sign or
+    /// unit while one integrates (docs/checking.md, "In the library"). They are copied to the host, for which `submit`
+    /// waits; a thread with what time others leave looks at them, and logs one warning of what is surely wrong. Nothing
+    /// where the model reads no motion.
+    bool diagnose = false;
     std::vector<std::string> views;  // intermediates to keep readable (Upscaler::view), see Upscaler::view_names
 };
 

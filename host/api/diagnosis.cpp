@@ -1,0 +1,69 @@
+#include "api/diagnosis.h"
+
+#include <string>
+#include <utility>
+
+#include "api/stored_values.h"
+#include "base/error.h"
+#include "base/log.h"
+#include "check/first_frames.h"
+
+namespace clarus {
+
+// Vectors are kept as options.motion.scale makes them: in render pixels, to the previous frame, y down.
+Diagnosis::Diagnosis(const UpscalerOptions& options, Size render, double scale) : options_(options) {
+    film_.sequence.render_size = render;
+    film_.sequence.scale = scale;
+    film_.sequence.color_space = options.color_space;
+    film_.sequence.depth = options.depth;
+    film_.sequence.motion.jittered = options.motion.jittered;
+    film_.sequence.motion.sampled_at_jitter = options.motion.sampled_at_jitter;
+}
+
+Diagnosis::~Diagnosis() {
+    if (!is_full_ && film_.luma.size() >= check::fewest_first_frames) try {
+            look();
+        } catch (const Error&) {  // there is no thread to be had
+        }
+}
+
+void Diagnosis::add(const FrameDescription& frame, const ocl::Context& context) {
+    if (is_full_) return;
+    if (frame.color.size != film_.sequence.render_size) {
+        is_full_ = true;
+        if (film_.luma.size() >= check::fewest_first_frames) look();
+        return;
+    }
+    const auto values = [&](const Image& image, const ImageFormat& format, int channels) {
+        return image.empty() ? io::Pixels() : stored_values(image, format, channels, context, frame.wait_for);
+    };
+    io::FramePixels pixels;
+    pixels.color = values(frame.color, options_.color_format, 3);
+    pixels.depth = values(frame.depth, options_.depth_format, 1);
+    pixels.motion = values(frame.motion, options_.motion_format, 2);
+    const Vec2 scale = frame.motion_scale.value_or(options_.motion.scale);
+    for (size_t i = 0; i < pixels.motion.values.size(); i += 2) {
+        pixels.motion.values[i] *= scale.x;
+        pixels.motion.values[i + 1] *= scale.y;
+    }
+    io::FrameFiles described;
+    static_cast<FrameParameters&>(described) = frame;
+    described.reset |= film_.sequence.frames.empty();
+    film_.sequence.frames.push_back(std::move(described));
+    film_.add(std::move(pixels));
+    is_full_ = film_.luma.size() == check::most_first_frames;
+    if (is_full_) look();
+}
+
+void Diagnosis::look() {
+    looking_ = std::async(std::launch::async, [film = std::exchange(film_, {})] {
+        if (const std::string wrong = check::surely_wrong(film); !wrong.empty())
+            log(LogLevel::warning,
+                "options.diagnose: in the first frames, {}. Motion is taken as options.motion.scale makes it: in "
+                "render "
+                "pixels, to the previous frame, y down (docs/conventions.md)",
+                wrong);
+    });
+}
+
+}  // namespace clarus
