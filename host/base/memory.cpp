@@ -8,6 +8,12 @@
 
 namespace clarus {
 
+void share_one_heap() {
+#if defined(__GLIBC__)
+    mallopt(M_ARENA_MAX, 1);
+#endif
+}
+
 void return_freed_memory() {
 #if defined(__GLIBC__)
     malloc_trim(0);

@@ -2,9 +2,12 @@
 
 namespace clarus {
 
-/// Gives the system back the memory that the allocator keeps of what was freed. glibc keeps it for each thread's heap:
-/// after models were switched on threads that came and went, more than the models in use take. Takes some milliseconds;
-/// does nothing where the C library is another.
+/// Has threads that are made from here on share the heap of the first one. Each otherwise gets one of its own from
+/// glibc, which keeps the most that it ever had: models prepared on threads that come and go then cost the sum of their
+/// peaks. For programs that run for long. Does nothing where the C library is another.
+void share_one_heap();
+
+/// Gives the system back what the allocator keeps of freed memory. Takes some milliseconds; likewise.
 void return_freed_memory();
 
 }  // namespace clarus

@@ -152,8 +152,9 @@ class FrameLoop {
         const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
         if (slot.index != 0) seconds_ += slot.frame.seconds;
         slot.seconds = seconds_;
-        slot.written = std::async(std::launch::async, [this, &slot, track, before = last_written_] {
-                           write(slot, track, before);
+        // Moved on: a task that kept what it waited for would keep all frames before it.
+        slot.written = std::async(std::launch::async, [this, &slot, track, before = last_written_]() mutable {
+                           write(slot, track, std::move(before));
                        }).share();
         last_written_ = slot.written;
     }
@@ -188,7 +189,7 @@ class FrameLoop {
     }
 
     /// `before`: the frame before is written.
-    void write(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {
+    void write(Slot& slot, Trace::Track track, std::shared_future<void> before) {
         const Trace::Span span(trace_, track, "write", slot.frame.name);
         if (!slot.frame.reference.values.empty()) {
             const auto display = [&](const io::Pixels& pixels) {

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/explain.h"
 #include "base/log.h"
+#include "base/memory.h"
 #include "base/rounding.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
@@ -97,6 +98,7 @@ void upscale(const ServeOptions& options, const OutputTarget& target, const Sink
 }
 
 void serve(const ServeOptions& options) {
+    share_one_heap();  // models may change for as long as it runs
     std::optional<link::Address> address;
     if (!options.listen.empty()) address = link::parse_address(options.listen, "--listen");
     const OutputTarget target = output_target(options.output, true);

@@ -18,7 +18,6 @@ using nlohmann::json;
 /// An upscaler, and what it was made of.
 struct Serving::Seat {
     std::shared_ptr<const SharedStream> stream;
-    Device device;
     Model model;
     Upscaler upscaler;
     std::optional<HostBuffers> buffers;  // where the device shares the host's memory
@@ -67,9 +66,8 @@ json size_json(Size size) { return {size.width, size.height}; }
 }  // namespace
 
 Serving::Serving(std::string name, const SharedSource& source, Settings settings)
-    : name_(std::move(name)), source_(source), settings_(std::move(settings)) {
+    : name_(std::move(name)), source_(source), device_(Device::open(settings.device)), settings_(std::move(settings)) {
     find_model(settings_.wish);
-    Device::open(settings_.device);
 }
 
 std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::shared_ptr<const SharedStream> stream,
@@ -88,15 +86,13 @@ std::shared_ptr<Serving::Seat> Serving::prepare(const Settings& settings, std::s
     options.transparency_format = stream->transparency_format;
     options.opaque_format = stream->opaque_format;
     options.ui_format = stream->ui_format;
-    Device device = Device::open(settings.device);
-    Upscaler upscaler(device, model, sequence.render_size, options);
+    Upscaler upscaler(device_, model, sequence.render_size, options);
     check_resources(upscaler, model, *stream, name_);
     check_size(upscaler.output_size(), settings.only_size);
     upscaler.prepare(progress);
     std::optional<HostBuffers> buffers;
-    if (device.profile().unified_memory && device.is_one_context()) buffers.emplace(device, stream);
-    return {new Seat{std::move(stream), std::move(device), std::move(model), std::move(upscaler), std::move(buffers)},
-            [](Seat* seat) {
+    if (device_.profile().unified_memory && device_.is_one_context()) buffers.emplace(device_, stream);
+    return {new Seat{std::move(stream), std::move(model), std::move(upscaler), std::move(buffers)}, [](Seat* seat) {
                 delete seat;
                 return_freed_memory();
             }};
@@ -191,7 +187,7 @@ json Serving::state() const {
     state["scale"] = seat->model.scale();
     state["render_size"] = size_json(seat->upscaler.render_size());
     state["output_size"] = size_json(seat->upscaler.output_size());
-    state["device"] = seat->device.profile().name;
+    state["device"] = device_.profile().name;
     state["copies"] = !seat->buffers;
     return state;
 }

@@ -15,7 +15,7 @@
 namespace clarus::cli {
 
 /// What `clarus serve` upscales with, and may be told to upscale with instead. It changes between two frames: the next
-/// upscaler is prepared beside the one that runs, on a device and a queue of its own.
+/// upscaler is prepared beside the one that runs, on the same device with a queue of its own.
 class Serving {
   public:
     using Progress = std::function<void(double)>;  // 0…1
@@ -56,6 +56,7 @@ class Serving {
 
     std::string name_;
     const SharedSource& source_;
+    Device device_;             // of all upscalers, so that a model that comes back finds its programs
     mutable std::mutex mutex_;  // guards what follows
     Settings settings_;         // of what runs last: next_, or else current_
     std::shared_ptr<const SharedStream> stream_;
