@@ -5,27 +5,12 @@
 // REACTIVE_*, TRANSPARENCY_*, OPAQUE_*, UI_* of what the pipeline uses, each but motion with a …_STORAGE (half or
 // float), all with …_SMALLER (whether another is larger); for each resource T of them the caller's format, RAW_T
 // (ElementType's name) and RAW_T_COMPONENTS;
-// LINEAR_COLOR, PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is (bytes to its first pixel, bytes from row to
-// row).
-
-// Component c of pixel x in a row of pixels of n components.
-#define PIXEL_u8(row, x, c, n) READ_uchar((global const uchar*)(row), (x) * (n) + (c))
-#define PIXEL_f16(row, x, c, n) READ_half((global const half*)(row), (x) * (n) + (c))
-#define PIXEL_f32(row, x, c, n) READ_float((global const float*)(row), (x) * (n) + (c))
-#define PIXEL_u16(row, x, c, n) (((global const ushort*)(row))[(x) * (n) + (c)] / 65535.0f)
-#define PIXEL_rgb10a2(row, x, c, n) \
-    ((((global const uint*)(row))[x] >> (10 * (c)) & ((c) == 3 ? 3 : 1023)) / ((c) == 3 ? 3.0f : 1023.0f))
-#define PIXEL_r11g11b10f(row, x, c, n) small_float(((global const uint*)(row))[x], (c))
-#define PIXEL_d24(row, x, c, n) ((((global const uint*)(row))[x] & 0xffffff) / 16777215.0f)
-
-// Component c of 11, 11 and 10 bits: 5 of exponent as a half has, its sign and last bits of mantissa left out.
-inline float small_float(uint pixel, int c) {
-    const ushort bits = c == 0 ? pixel << 4 & 0x7ff0 : c == 1 ? pixel >> 7 & 0x7ff0 : pixel >> 17 & 0x7fe0;
-    return vload_half(0, (const half*)&bits);
-}
+// LINEAR_COLOR, EXPOSURE_COMPUTED (exposure.cl has written it), PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is
+// (bytes to its first pixel, bytes from row to row).
 
 // Component c of the caller's pixel x in a row of resource T, and channel c of the canonical pixel (x, y).
-#define READ(T, row, c) JOIN(PIXEL_, RAW_##T)((row), x, (c), RAW_##T##_COMPONENTS)
+#define READ_AT(T, row, x, c) JOIN(PIXEL_, RAW_##T)((row), (x), (c), RAW_##T##_COMPONENTS)
+#define READ(T, row, c) READ_AT(T, row, x, c)
 #define WRITE(T, v, p, c) JOIN(WRITE_, T##_STORAGE)((v), (p), AT(T, x, y, c))
 
 // NaN becomes 0.
@@ -140,12 +125,21 @@ inline float canonical_depth(float raw, Frame frame) {
 #define UI_PARAMETERS
 #define UI_PASSED
 #endif
+#ifdef EXPOSURE_COMPUTED
+#define EXPOSURE_PARAMETERS global const float *computed_exposure,
+#define EXPOSURE_PASSED computed_exposure,
+#define EXPOSURE computed_exposure[0]
+#else
+#define EXPOSURE_PARAMETERS
+#define EXPOSURE_PASSED
+#define EXPOSURE frame.exposure
+#endif
 #define FRAME_PARAMETERS                                                                                         \
     COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS \
-        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS OPAQUE_PARAMETERS UI_PARAMETERS Frame frame
+        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS OPAQUE_PARAMETERS UI_PARAMETERS EXPOSURE_PARAMETERS Frame frame
 #define FRAME_PASSED                                                                                     \
     COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED REACTIVE_PASSED \
-        TRANSPARENCY_PASSED OPAQUE_PASSED UI_PASSED frame
+        TRANSPARENCY_PASSED OPAQUE_PASSED UI_PASSED EXPOSURE_PASSED frame
 
 // Whether pixel (x, y) of the largest image is one of T's.
 #define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
@@ -158,7 +152,7 @@ inline float canonical_depth(float raw, Frame frame) {
         values[i] = i % 4 == 3 ? 0 : readable(READ(T, row, i % 4));                  \
     }
 #ifdef LINEAR_COLOR
-#define ENCODE_COLORS(values) vstore16(display_values(vload16(0, values), frame.exposure), 0, values)
+#define ENCODE_COLORS(values) vstore16(display_values(vload16(0, values), EXPOSURE), 0, values)
 #else
 #define ENCODE_COLORS(values)
 #endif
@@ -196,7 +190,9 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
     global const uchar* transparency_row = raw_transparency + transparency_place.x + (size_t)y * transparency_place.y;
 #endif
 #ifdef MOTION_WIDTH
-    global const uchar* motion_row = raw_motion + motion_place.x + (size_t)y * motion_place.y;
+    // Where a render pixel's centre is in a motion image of another size.
+    const int motion_y0 = (y + 0.5f) * frame.motion_step_y;
+    global const uchar* motion_row = raw_motion + motion_place.x + (size_t)motion_y0 * motion_place.y;
     const float longest_squared = (float)MOTION_WIDTH * MOTION_WIDTH + (float)MOTION_HEIGHT * MOTION_HEIGHT;
 #endif
 
@@ -235,8 +231,9 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #endif
 #ifdef MOTION_WIDTH
             if (!BELONGS(MOTION, x, y)) continue;
-            const float motion_x = READ(MOTION, motion_row, 0) * frame.motion_scale_x;
-            const float motion_y = READ(MOTION, motion_row, 1) * frame.motion_scale_y;
+            const int motion_x0 = (x + 0.5f) * frame.motion_step_x;
+            const float motion_x = READ_AT(MOTION, motion_row, motion_x0, 0) * frame.motion_scale_x;
+            const float motion_y = READ_AT(MOTION, motion_row, motion_x0, 1) * frame.motion_scale_y;
             const bool valid = is_finite(motion_x) && is_finite(motion_y) &&
                                motion_x * motion_x + motion_y * motion_y <= longest_squared;
             if (!valid && !frame.reset) atomic_inc(invalid_vectors);

@@ -1,8 +1,8 @@
 // The pipeline's output, display-encoded, into the caller's image.
 //
 // Options: OUT_* (the output's layout, three channels), STORE_HALF (its storage), TARGET (uchar, half or float) and
-// TARGET_COMPONENTS (3, or 4 with alpha 1), LINEAR_COLOR. The target's place is (bytes to its first pixel, bytes from
-// row to row).
+// TARGET_COMPONENTS (3, or 4 with alpha 1), LINEAR_COLOR, EXPOSURE_COMPUTED (exposure.cl has written it). The target's
+// place is (bytes to its first pixel, bytes from row to row).
 
 #define WRITE(v, p, i) JOIN(WRITE_, TARGET)((v), (p), (i))
 
@@ -34,6 +34,14 @@ inline float16 scene_light(float16 v, float exposure) {
 }
 #endif
 
+#ifdef EXPOSURE_COMPUTED
+#define EXPOSURE_PARAMETER global const float *computed_exposure,
+#define EXPOSURE computed_exposure[0]
+#else
+#define EXPOSURE_PARAMETER
+#define EXPOSURE frame.exposure
+#endif
+
 inline void store_color(float4 color, global TARGET* pixel) {
     WRITE(color.x, pixel, 0);
     WRITE(color.y, pixel, 1);
@@ -46,14 +54,14 @@ inline void store_color(float4 color, global TARGET* pixel) {
 // A work-item writes four pixels, whose colours fill a vector.
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void present(Sizes given, global const storage* out,
                                                                          global uchar* target, uint2 place,
-                                                                         Frame frame) {
+                                                                         EXPOSURE_PARAMETER Frame frame) {
     TAKE(sizes);
     const int x = 4 * get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
     float16 colors = load_colors(sizes, out, x, y);
     colors = colors > 0 ? min(colors, 1.0f) : 0;  // NaN becomes 0
 #ifdef LINEAR_COLOR
-    colors = scene_light(colors, frame.exposure);
+    colors = scene_light(colors, EXPOSURE);
 #endif
     global TARGET* pixel = (global TARGET*)(target + place.x + (size_t)y * place.y) + x * TARGET_COMPONENTS;
     store_color(colors.s0123, pixel);

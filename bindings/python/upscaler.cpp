@@ -123,7 +123,8 @@ nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handl
     const Size output_size = stream.with([&](Upscaler& upscaler) { return upscaler.output_size(size); });
     const Input colors = needed_input("color", color, true, options.color_format, size);
     const Input depths = needed_input("depth", depth, stream.needs_depth(), options.depth_format, size);
-    const Input motions = needed_input("motion", motion, stream.needs_motion(), options.motion_format, size);
+    const Input motions = needed_input("motion", motion, stream.needs_motion(), options.motion_format,
+                                       options.motion_size.value_or(size));
     const Input reactive = mask_input("reactive_mask", reactive_mask, options.reactive_format, size);
     const Input transparency = mask_input("transparency_mask", transparency_mask, options.transparency_format, size);
     if (out.is_none()) out = new_array(options.output_format, output_size);
@@ -165,7 +166,7 @@ constexpr const char* upscale_help =
 
 Arrays are what has __dlpack__ or the buffer protocol, in host memory: `color` (height, width, channels), `depth`
 (height, width), `motion` (height, width, 2). They are not copied, unless pixels are not beside each other. `jitter` is
-in render pixels; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour.
+in render pixels; `motion` is of another size where the Upscaler was given one; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour.
 `render_size` and `motion_scale` are this frame's, where they are others (dynamic_resolution). `reactive_mask` and
 `transparency_mask` (height, width) are 1 where history is not to be trusted, 0 elsewhere.
 
@@ -193,8 +194,9 @@ void add_upscaler(nb::module_& module) {
                bool motion_sampled_at_jitter, const Format& color_format, const Format& depth_format,
                const Format& motion_format, const std::optional<Format>& reactive_mask_format,
                const std::optional<Format>& transparency_mask_format, const Format& output_format,
-               std::optional<Pair> output_size, const std::string& antialias_input, const std::string& antialias,
-               float sharpen, const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
+               std::optional<Pair> motion_size, bool automatic_exposure, std::optional<Pair> output_size,
+               const std::string& antialias_input, const std::string& antialias, float sharpen,
+               const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
                const std::string& placement, bool fallback, int band_rows, bool diagnose,
                const std::vector<std::string>& views) {
                 UpscalerOptions options;
@@ -218,6 +220,8 @@ void add_upscaler(nb::module_& module) {
                 if (transparency_mask_format)
                     options.transparency_format = format_of("transparency_mask_format", *transparency_mask_format);
                 options.output_format = format_of("output_format", output_format);
+                if (motion_size) options.motion_size = size_of(*motion_size);
+                options.automatic_exposure = automatic_exposure;
                 if (output_size) options.output_size = size_of(*output_size);
                 options.antialias_input = antialiasing_of("antialias_input", antialias_input);
                 options.antialias = antialiasing_of("antialias", antialias);
@@ -239,8 +243,9 @@ void add_upscaler(nb::module_& module) {
             "motion_sampled_at_jitter"_a = false, "color_format"_a = std::pair("float32", 3),
             "depth_format"_a = std::pair("float32", 1), "motion_format"_a = std::pair("float32", 2),
             "reactive_mask_format"_a = nb::none(), "transparency_mask_format"_a = nb::none(),
-            "output_format"_a = std::pair("float32", 3), "output_size"_a = nb::none(), "antialias_input"_a = "none",
-            "antialias"_a = "none", "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
+            "output_format"_a = std::pair("float32", 3), "motion_size"_a = nb::none(), "automatic_exposure"_a = false,
+            "output_size"_a = nb::none(), "antialias_input"_a = "none", "antialias"_a = "none",
+            "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
             "dynamic_resolution"_a = false, "placement"_a = usual.placement, "fallback"_a = false, "band_rows"_a = 0,
             "diagnose"_a = false, "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
         .def("upscale", &upscale, nb::sig(upscale_signature), "color"_a.none(), "depth"_a = nb::none(),

@@ -163,6 +163,10 @@ clarus::UpscalerOptions options_from(const clarus_options& from) {
     if (from.transparency_format.channels != 0) options.transparency_format = format(from.transparency_format);
     if (from.opaque_format.channels != 0) options.opaque_format = format(from.opaque_format);
     if (from.ui_format.channels != 0) options.ui_format = format(from.ui_format);
+    if (from.motion_width != 0 || from.motion_height != 0)
+        options.motion_size = clarus::Size{from.motion_width, from.motion_height};
+    if (from.exposure_format.channels != 0) options.exposure_format = format(from.exposure_format);
+    options.automatic_exposure = from.automatic_exposure != 0;
     options.antialias_input = static_cast<clarus::Antialiasing>(from.antialias_input != 0);
     options.antialias = static_cast<clarus::Antialiasing>(from.antialias != 0);
     options.sharpen = from.sharpen;
@@ -208,6 +212,7 @@ clarus::FrameDescription frame_from(const clarus_frame& given_frame) {
     frame.transparency_mask = image(from.transparency_mask);
     frame.opaque_color = image(from.opaque_color);
     frame.ui = image(from.ui);
+    frame.exposure_image = image(from.exposure_image);
     if (from.camera) {
         clarus::FrameParameters::Camera& camera = frame.camera.emplace();
         std::copy_n(from.camera->view, camera.view.size(), camera.view.begin());

@@ -10,6 +10,22 @@
 
 namespace clarus {
 
+namespace {
+
+/// As ingest takes them (StreamOptions::motion_size).
+io::Pixels at_render_pixels(io::Pixels motion, Size render) {
+    if (motion.values.empty() || motion.size == render) return motion;
+    io::Pixels taken{render, 2, {}};
+    for (int y = 0; y < render.height; ++y)
+        for (int x = 0; x < render.width; ++x)
+            for (int c = 0; c < 2; ++c)
+                taken.values.push_back(motion.at((2 * x + 1) * motion.size.width / (2 * render.width),
+                                                 (2 * y + 1) * motion.size.height / (2 * render.height), c));
+    return taken;
+}
+
+}  // namespace
+
 // Vectors are kept as options.motion.scale makes them: in render pixels, to the previous frame, y down.
 Diagnosis::Diagnosis(const UpscalerOptions& options, Size render, double scale) : options_(options) {
     film_.sequence.render_size = render;
@@ -40,7 +56,7 @@ void Diagnosis::add(const FrameDescription& frame, const ocl::Context& context) 
     io::FramePixels pixels;
     pixels.color = values(frame.color, options_.color_format, 3);
     pixels.depth = values(frame.depth, options_.depth_format, 1);
-    pixels.motion = values(frame.motion, options_.motion_format, 2);
+    pixels.motion = at_render_pixels(values(frame.motion, options_.motion_format, 2), frame.color.size);
     const Vec2 scale = frame.motion_scale.value_or(options_.motion.scale);
     for (size_t i = 0; i < pixels.motion.values.size(); i += 2) {
         pixels.motion.values[i] *= scale.x;

@@ -31,6 +31,13 @@ void check_motion_scale(std::string_view name, Vec2 scale) {
         fail(ErrorKind::invalid_argument, "{}: ({}, {}); must be finite", name, scale.x, scale.y);
 }
 
+void check_size(std::string_view name, Size size) {
+    constexpr int largest = 1 << 15;
+    if (size.width < 1 || size.height < 1 || size.width > largest || size.height > largest)
+        fail(ErrorKind::invalid_argument, "{}: {}x{}; each side is from 1 to {}", name, size.width, size.height,
+             largest);
+}
+
 template <typename Enum>
 void check_word(std::string_view name, Enum value, Enum last) {
     if (value < Enum{} || value > last)
@@ -132,6 +139,14 @@ void check_options(const runtime::PlanOptions& options, const graph::Graph& grap
         fail(ErrorKind::invalid_argument,
              "options.ui_format: user interface is drawn over display-encoded output; over linear output it comes "
              "after the display's tone curve");
+    if (options.exposure_format) check_format("exposure_format", *options.exposure_format, 1, kMostChannels);
+    if (options.exposure_format && options.automatic_exposure)
+        fail(ErrorKind::invalid_argument, "options.automatic_exposure: not with options.exposure_format; take one");
+    for (const auto& [name, is_set] : {std::pair("exposure_format", options.exposure_format.has_value()),
+                                       std::pair("automatic_exposure", options.automatic_exposure)})
+        if (is_set && options.color_space != ColorSpace::linear)
+            fail(ErrorKind::invalid_argument, "options.{}: display-encoded colour has no exposure", name);
+    if (options.motion_size) check_size("options.motion_size", *options.motion_size);
     check_format("output_format", options.output_format, 3, 4);
     if (!is_real(options.motion_format.type))
         fail(ErrorKind::invalid_argument, "options.motion_format: motion vectors are f16 or f32");
@@ -154,7 +169,8 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
                  cl_context context) {
     check_image("color", frame.color, options.color_format, sizes.color, context);
     if (needs.depth) check_image("depth", frame.depth, options.depth_format, sizes.render, context);
-    if (needs.motion) check_image("motion", frame.motion, options.motion_format, sizes.render, context);
+    if (needs.motion)
+        check_image("motion", frame.motion, options.motion_format, options.motion_size.value_or(sizes.render), context);
     check_image("output", frame.output, options.output_format, sizes.output, context, Use::output);
     if (!(std::abs(frame.jitter.x) <= 1 && std::abs(frame.jitter.y) <= 1))
         fail(ErrorKind::invalid_argument, "frame.jitter: ({}, {}); each must be from -1 to 1 render pixel",
@@ -166,6 +182,9 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,
              frame.far_plane);
+    if (options.exposure_format && frame.exposure_image.empty())
+        fail(ErrorKind::invalid_argument, "frame.exposure_image: none, though options.exposure_format is set");
+    check_optional("exposure_image", frame.exposure_image, "exposure_format", options.exposure_format, {1, 1}, context);
     check_optional("reactive_mask", frame.reactive_mask, "reactive_format", options.reactive_format, sizes.render,
                    context);
     check_optional("transparency_mask", frame.transparency_mask, "transparency_format", options.transparency_format,

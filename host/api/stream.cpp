@@ -58,6 +58,9 @@ Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions opt
     if (options_.dynamic_resolution)
         fail(ErrorKind::invalid_argument, "options.dynamic_resolution: of one device alone, and there are {}",
              devices.size());
+    if (runtime::computes_exposure(options_))
+        fail(ErrorKind::invalid_argument, "options.{}: of one device alone, and there are {}",
+             options_.automatic_exposure ? "automatic_exposure" : "exposure_format", devices.size());
     options_.precision = runtime::common_precision(options_.precision, devices);
     const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
     const bool measures = options_.placement == kMeasuredPlacement;
@@ -250,6 +253,10 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
     if (options_.motion.jittered) {
         constants.jitter_change_x = previous_jitter_.x - frame.jitter.x;
         constants.jitter_change_y = previous_jitter_.y - frame.jitter.y;
+    }
+    if (options_.motion_size) {
+        constants.motion_step_x = static_cast<float>(options_.motion_size->width) / sizes_.render.width;
+        constants.motion_step_y = static_cast<float>(options_.motion_size->height) / sizes_.render.height;
     }
     const Vec2 motion_scale = frame.motion_scale.value_or(options_.motion.scale);
     constants.motion_scale_x = motion_scale.x;

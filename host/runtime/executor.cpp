@@ -62,6 +62,7 @@ KernelCall present_call(const Plan& plan, const StreamOptions& options) {
 /// Adds what reads and writes the caller's formats.
 void add_port_kernels(Kernels& kernels, ocl::Context& context, const Plan& plan, const StreamOptions& options) {
     std::vector<KernelCall> calls;
+    if (plan.ingests() && computes_exposure(options)) calls.push_back(exposure(plan.ingest));
     if (plan.ingests()) calls.push_back(ingest(plan.ingest));
     if (plan.presents()) calls.push_back(present_call(plan, options));
     std::vector<const KernelCall*> added;
@@ -91,8 +92,11 @@ Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std:
       arena_(context, plan),
       ports_(context, plan, options, profiler_) {
     if (!others.empty()) resizing_.emplace(context, kernels_, plan);
-    ocl::checked("allocate a counter",
-                 [&] { counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint)); });
+    ocl::checked("allocate a counter", [&] {
+        counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint));
+        if (computes_exposure(options))
+            exposure_value_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_float));
+    });
     hand_in(handed_in);
     make_stages();
     // Some drivers finish a kernel's compilation when it is first run.
@@ -112,11 +116,14 @@ void Executor::hand_in(const HandedIn& handed_in) {
 }
 
 void Executor::make_stages() {
+    exposure_.reset();
     ingest_.reset();
     stages_.clear();
     present_.reset();
     profiler_.begin_stages();
     if (plan_->ingests()) {
+        if (computes_exposure(options_))
+            exposure_ = make_stage(port_kernels_, exposure(plan_->ingest), "exposure", "exposure", 0, sizeof(cl_float));
         ingest_ =
             make_stage(port_kernels_, ingest(plan_->ingest), "ingest", "ingest", 0, ingest_bytes(*plan_, options_));
         for (const auto* destination : destinations(plan_->ingest))
@@ -137,6 +144,8 @@ void Executor::make_stages() {
         present_->input_memories = {plan_->layout.layouts[plan_->layout.graph.output].memory};
     }
     ports_.add_stages();
+    for (std::optional<Stage>* stage : {&exposure_, &ingest_, &present_})
+        if (*stage) (*stage)->bindings.exposure = exposure_value_;
 }
 
 Executor::Stage Executor::make_stage(const Kernels& kernels, KernelCall call, std::string name, std::string kernel,
@@ -166,7 +175,8 @@ void Executor::change_plan(const Plan& plan, bool keeps_states) {
 }
 
 size_t Executor::staging_bytes(const Plan& plan, bool resizes, const StreamOptions& options) {
-    return Ports::bytes(plan, options) + sizeof(cl_uint) + (resizes ? StateResizing::bytes(plan) : 0);
+    return Ports::bytes(plan, options) + sizeof(cl_uint) + (computes_exposure(options) ? sizeof(cl_float) : 0) +
+           (resizes ? StateResizing::bytes(plan) : 0);
 }
 
 void Executor::warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress) {
@@ -197,6 +207,10 @@ void Executor::run_unseen(const std::function<void()>& after_each) {
     if (ingest_) {
         ingest_->bindings.counter = counter_;
         ports_.stand_in_inputs(*plan_, ingest_->bindings);
+    }
+    if (exposure_) {
+        ports_.stand_in_exposure(exposure_->bindings);
+        exposure_->bindings.resources = ingest_->bindings.resources;
     }
     if (Stage* const stage = presenting()) ports_.stand_in_output(*plan_, stage->bindings);
     FrameConstants constants;
@@ -236,6 +250,11 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
             ingest_->bindings.counter = counter_;
             ports_.bind_inputs(frame, plan_->ingest, ingest_->bindings);
         }
+        if (exposure_) {
+            if (options_.exposure_format) ports_.bind_exposure(frame.exposure_image, exposure_->bindings);
+            exposure_->bindings.resources = ingest_->bindings.resources;
+            exposure_->bindings.resource_offsets = ingest_->bindings.resource_offsets;
+        }
         Stage* const presents = presenting();
         if (presents) ports_.bind_output(frame.output, presents->bindings);
         run_stages(constants);
@@ -247,6 +266,7 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
 }
 
 void Executor::run_stages(const FrameConstants& constants, const std::function<void()>& after_each) {
+    if (exposure_) bind(*exposure_, constants);
     if (ingest_) bind(*ingest_, constants);
     for (Stage& stage : stages_) bind(stage, constants);
     if (present_) bind(*present_, constants);
@@ -254,6 +274,7 @@ void Executor::run_stages(const FrameConstants& constants, const std::function<v
         stage.launch.enqueue(context_.queue(), profiler_.event(stage.profile));
         if (after_each) after_each();
     };
+    if (exposure_) launch(*exposure_);
     if (ingest_) launch(*ingest_);
     for (const auto& [index, first, end] : plan_->launches) {
         Stage& stage = stages_[index];

@@ -122,10 +122,12 @@ class Executor {
     Arena arena_;
     Ports ports_;
     std::optional<StateResizing> resizing_;
+    std::optional<Stage> exposure_;  // where a kernel makes it
     std::optional<Stage> ingest_;
     std::vector<Stage> stages_;     // the plan's
     std::optional<Stage> present_;  // where none of these writes the caller's output
     cl::Buffer counter_;            // invalid motion vectors of the frame
+    cl::Buffer exposure_value_;     // what exposure_ makes
     std::vector<std::shared_ptr<FrameResult>> results_;
     bool has_states_ = false;
 };

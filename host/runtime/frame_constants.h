@@ -8,6 +8,7 @@ struct FrameConstants {
     float motion_jitter_x = 0, motion_jitter_y = 0;  // J_m
     float jitter_change_x = 0, jitter_change_y = 0;  // J_{t−1} − J_t where the motion vectors hold the jitter, else 0
     float motion_scale_x = 1, motion_scale_y = 1;    // MotionEncoding::scale
+    float motion_step_x = 1, motion_step_y = 1;      // the motion image's pixels in a render pixel
     float depth_numerator = 0, depth_addend = 0;     // projective depth: see ingest.cl
     float exposure = 1;
     float scale = 1;                                   // of the output, in render pixels

@@ -46,6 +46,9 @@ enum class ArgumentKind {
     target,           // the caller's output image as a buffer
     target_offset,    // uint2: likewise
     counter,          // a buffer of one uint: the frame's invalid motion vectors
+    exposure_image,   // the caller's, as a buffer
+    exposure_offset,  // uint2: as resource_offset
+    exposure,         // a buffer of one float: the frame's, where a kernel makes it
 };
 struct Argument {
     ArgumentKind kind;

@@ -72,6 +72,10 @@ KernelCall ingest(const IngestProblem& problem) {
     resource("TRANSPARENCY", problem.transparency_mask, Resource::transparency_mask, options.transparency_format, 7);
     resource("OPAQUE", problem.opaque_color, Resource::opaque_color, options.opaque_format, 8);
     resource("UI", problem.ui, Resource::ui, options.ui_format, 9);
+    if (computes_exposure(options)) {
+        call.options += " -DEXPOSURE_COMPUTED";
+        call.arguments.push_back({ArgumentKind::exposure});
+    }
     call.arguments.push_back({ArgumentKind::frame});
     if (!widest) throw std::logic_error("a pipeline reads something of its frame");
 
@@ -84,6 +88,25 @@ KernelCall ingest(const IngestProblem& problem) {
     if (options.depth.reversed) call.options += " -DREVERSED_DEPTH";
     call.global = {(pixels(*widest)[0] + 3) / 4, pixels(*highest)[1]};
     call.local = {64, 1};
+    return call;
+}
+
+KernelCall exposure(const IngestProblem& problem) {
+    const StreamOptions& options = *problem.options;
+    KernelCall call;
+    call.file = call.entry = "exposure";
+    if (options.automatic_exposure) {
+        add_tensor(call, "COLOR", problem.color.value());
+        call.options += source_options("COLOR", options.color_format) + " -DAUTOMATIC";
+        constexpr int color = static_cast<int>(graph::Resource::color);
+        call.arguments = {{ArgumentKind::resource, color}, {ArgumentKind::resource_offset, color}};
+    } else {
+        call.options += source_options("EXPOSURE", options.exposure_format.value());
+        call.arguments = {{ArgumentKind::exposure_image}, {ArgumentKind::exposure_offset}};
+    }
+    call.arguments.push_back({ArgumentKind::exposure});
+    call.arguments.push_back({ArgumentKind::frame});
+    call.global = call.local = {64, 1};
     return call;
 }
 

@@ -50,6 +50,14 @@ auto& layout_of(graph::Resource resource, auto& problem) {
 /// elements' size.
 KernelCall ingest(const IngestProblem& problem);
 
+/// Whether a kernel makes the frame's exposure, for ingest and present to read.
+inline bool computes_exposure(const StreamOptions& options) {
+    return options.exposure_format.has_value() || options.automatic_exposure;
+}
+
+/// That kernel: from the caller's image, or from what the colours are.
+KernelCall exposure(const IngestProblem& problem);
+
 /// The kernel that writes the caller's output from the pipeline's (argument `input` 0): display-encoded, or linear HDR
 /// again.
 KernelCall present(const TensorLayout& output, const StreamOptions& options);

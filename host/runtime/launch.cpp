@@ -137,6 +137,15 @@ void Launch::bind(const Bindings& bindings) {
                 case ArgumentKind::counter:
                     kernel_.setArg(position, bindings.counter);
                     break;
+                case ArgumentKind::exposure_image:
+                    kernel_.setArg(position, bindings.exposure_image);
+                    break;
+                case ArgumentKind::exposure_offset:
+                    kernel_.setArg(position, bindings.exposure_offset);
+                    break;
+                case ArgumentKind::exposure:
+                    kernel_.setArg(position, bindings.exposure);
+                    break;
             }
             ++position;
         }

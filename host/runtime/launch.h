@@ -24,6 +24,9 @@ struct Bindings {
     cl::Buffer target;
     cl_uint2 target_offset{};
     cl::Buffer counter;
+    cl::Buffer exposure_image;
+    cl_uint2 exposure_offset{};
+    cl::Buffer exposure;
 };
 
 /// All that a call's program depends on: calls of the same key have the same.

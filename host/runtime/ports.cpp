@@ -57,7 +57,9 @@ const TensorLayout& output_of(const Plan& plan) { return plan.layout.layouts[pla
 
 size_t input_bytes(Resource resource, const Plan& plan, const StreamOptions& options) {
     const std::optional<TensorLayout>& layout = layout_of(resource, plan.ingest);
-    return layout ? tight_bytes(size_of(*layout), format_of(resource, options)) : 0;
+    if (!layout) return 0;
+    const Size size = resource == Resource::motion ? options.motion_size.value_or(size_of(*layout)) : size_of(*layout);
+    return tight_bytes(size, format_of(resource, options));
 }
 
 size_t output_bytes(const Plan& plan, const StreamOptions& options) {
@@ -86,11 +88,18 @@ void Ports::bind_inputs(const FrameDescription& frame, const IngestProblem& prob
         const std::optional<TensorLayout>& layout = layout_of(resource, problem);
         if (!layout) continue;
         const Image& image = image_of(resource, frame);
+        const int index = static_cast<int>(resource);
         if (image.empty())
             bind_nothing(resource, *layout, ingest);
         else
-            bind_input(resource, image, ingest);
+            ingest.resources[index] = placed(image, format_of(resource, options_), inputs_[index], input_bytes_[index],
+                                             ingest.resource_offsets[index]);
     }
+}
+
+void Ports::bind_exposure(const Image& image, Bindings& exposure) {
+    const ImageFormat& format = options_.exposure_format.value();
+    exposure.exposure_image = placed(image, format, exposure_, pixel_bytes(format), exposure.exposure_offset);
 }
 
 // All rows of the image are the one that is there.
@@ -102,22 +111,20 @@ void Ports::bind_nothing(Resource resource, const TensorLayout& layout, Bindings
     ingest.resource_offsets[index] = offset_and_pitch(0, 0);
 }
 
-void Ports::bind_input(Resource resource, const Image& image, Bindings& ingest) {
-    const ImageFormat format = format_of(resource, options_);
-    const int index = static_cast<int>(resource);
+cl::Buffer Ports::placed(const Image& image, const ImageFormat& format, cl::Buffer& copy, size_t bytes,
+                         cl_uint2& place) {
     if (image.buffer) {
-        ingest.resources[index] = cl::Buffer(image.buffer, true);
-        ingest.resource_offsets[index] = offset_and_pitch(first_byte(image, format), row_pitch(image, format));
-        return;
+        place = offset_and_pitch(first_byte(image, format), row_pitch(image, format));
+        return cl::Buffer(image.buffer, true);
     }
-    if (!inputs_[index]()) inputs_[index] = cl::Buffer(context_.context(), CL_MEM_READ_ONLY, input_bytes_[index]);
+    if (!copy()) copy = cl::Buffer(context_.context(), CL_MEM_READ_ONLY, bytes);
     const size_t tight = tight_pitch(image.size, format), rows = image.size.height;
     const auto* pixels = static_cast<const std::byte*>(image.host) + first_byte(image, format);
-    context_.queue().enqueueWriteBufferRect(inputs_[index], CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
+    context_.queue().enqueueWriteBufferRect(copy, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
                                             row_pitch(image, format), 0, pixels, nullptr,
                                             profiler_.event(upload_stage_));
-    ingest.resources[index] = inputs_[index];
-    ingest.resource_offsets[index] = offset_and_pitch(0, tight);
+    place = offset_and_pitch(0, tight);
+    return copy;
 }
 
 void Ports::bind_output(const Image& image, Bindings& present) {
@@ -154,6 +161,10 @@ void Ports::stand_in_inputs(const Plan& plan, Bindings& ingest) const {
             ingest.resources[static_cast<int>(resource)] = zeroed(bytes);
 }
 
+void Ports::stand_in_exposure(Bindings& exposure) const {
+    if (options_.exposure_format) exposure.exposure_image = zeroed(pixel_bytes(*options_.exposure_format));
+}
+
 void Ports::stand_in_output(const Plan& plan, Bindings& present) const {
     present.target = zeroed(output_bytes(plan, options_));
     present.target_offset = offset_and_pitch(0, tight_pitch(size_of(output_of(plan)), options_.output_format));
@@ -161,6 +172,7 @@ void Ports::stand_in_output(const Plan& plan, Bindings& present) const {
 
 size_t Ports::bytes(const Plan& plan, const StreamOptions& options) {
     size_t bytes = output_bytes(plan, options);
+    if (options.exposure_format) bytes += pixel_bytes(*options.exposure_format);
     for (const Resource resource : graph::kResources) bytes += input_bytes(resource, plan, options);
     return bytes;
 }

@@ -22,6 +22,9 @@ class Ports {
     /// Points `ingest` to the frame's images, of the plan's sizes; what lies on the host is on its way to the device.
     void bind_inputs(const FrameDescription& frame, const IngestProblem& problem, Bindings& ingest);
 
+    /// Points `exposure` to the frame's exposure image, likewise.
+    void bind_exposure(const Image& image, Bindings& exposure);
+
     /// Points `present` to the frame's output.
     void bind_output(const Image& image, Bindings& present);
     /// Copies what was presented to the host, where the output is there.
@@ -29,13 +32,16 @@ class Ports {
 
     /// Points them to images of the ports' own, for a frame that nobody sees.
     void stand_in_inputs(const Plan& plan, Bindings& ingest) const;
+    void stand_in_exposure(Bindings& exposure) const;
     void stand_in_output(const Plan& plan, Bindings& present) const;
 
     /// Bytes of the copies, were all images on the host.
     static size_t bytes(const Plan& plan, const StreamOptions& options);
 
   private:
-    void bind_input(graph::Resource resource, const Image& image, Bindings& ingest);
+    /// Where the image's bytes are on the device, and how (offset, pitch): its own buffer, or `copy`, which is made of
+    /// `bytes` bytes where it is not there.
+    cl::Buffer placed(const Image& image, const ImageFormat& format, cl::Buffer& copy, size_t bytes, cl_uint2& place);
     void bind_nothing(graph::Resource resource, const TensorLayout& layout, Bindings& ingest);
     cl::Buffer zeroed(size_t bytes) const;
 
@@ -46,6 +52,7 @@ class Ports {
     std::array<size_t, graph::kResources.size()> input_bytes_;  // of copies, by graph::Resource
     size_t output_bytes_;
     std::array<cl::Buffer, graph::kResources.size()> inputs_;
+    cl::Buffer exposure_;
     cl::Buffer nothing_;  // a row of zeros
     cl::Buffer output_;
 };

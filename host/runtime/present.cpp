@@ -12,8 +12,12 @@ KernelCall present(const TensorLayout& output, const StreamOptions& options) {
     call.options = fmt::format("-DTARGET={} -DTARGET_COMPONENTS={}{}", opencl_type(format.type), format.channels,
                                options.color_space == ColorSpace::linear ? " -DLINEAR_COLOR" : "");
     add_images(call, {{"OUT", output}});
-    call.arguments = {
-        {ArgumentKind::input, 0}, {ArgumentKind::target}, {ArgumentKind::target_offset}, {ArgumentKind::frame}};
+    call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::target}, {ArgumentKind::target_offset}};
+    if (computes_exposure(options)) {
+        call.options += " -DEXPOSURE_COMPUTED";
+        call.arguments.push_back({ArgumentKind::exposure});
+    }
+    call.arguments.push_back({ArgumentKind::frame});
     call.global = pixels(output);
     call.global[0] = (call.global[0] + 3) / 4;
     call.local = {64, 1};

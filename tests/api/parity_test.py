@@ -28,6 +28,7 @@ FUNCTIONS = {
 FIELDS = {
     "color_space": "linear_color", "depth": "depth_projective", "motion": "motion_scale_x",
     "output_size": "output_width", "render_size": "render_width", "jitter": "jitter_x", "motion_scale": "motion_scale_x",
+    "motion_size": "motion_width",
 }
 # In clarus_frame, as an image.
 FRAME_FIELDS = {"depth": "depth", "motion": "motion"}

@@ -80,6 +80,9 @@ typedef struct clarus_options {
     size_t view_count;
     clarus_format reactive_format, transparency_format; /* 0 channels: frames bring no such mask */
     clarus_format opaque_format, ui_format;             /* likewise of opaque_color and ui */
+    int motion_width, motion_height; /* of motion images; 0: the frame's render size; set both or neither */
+    clarus_format exposure_format;   /* 0 channels: frames bring no exposure_image */
+    int automatic_exposure;
     int diagnose; /* 1: the first frames are held against what is declared of them, see UpscalerOptions::diagnose */
 } clarus_options;
 
@@ -118,6 +121,7 @@ typedef struct clarus_frame {
     size_t wait_for_count;
     clarus_image reactive_mask, transparency_mask, opaque_color, ui;
     const clarus_camera* camera; /* NULL: not told */
+    clarus_image exposure_image;
 } clarus_frame;
 
 typedef struct clarus_memory {

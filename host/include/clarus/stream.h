@@ -49,6 +49,16 @@ struct StreamOptions {
     ImageFormat color_format{ElementType::f32, 3};   // ≥ 3 channels, any type
     ImageFormat depth_format{ElementType::f32, 1};   // ≥ 1 channel, any type
     ImageFormat motion_format{ElementType::f32, 2};  // ≥ 2 channels; f16 or f32
+    /// Of motion images, where it is not the frame's render size: vectors that were drawn at another resolution, such
+    /// as the output's, for every frame. A render pixel takes the vector at its centre. `motion.scale` makes render
+    /// pixels of them.
+    std::optional<Size> motion_size;
+    /// Of FrameDescription::exposure_image, ≥ 1 channel of which the first is read, any type. Linear colour alone, on
+    /// one device; where set, every frame brings it.
+    std::optional<ImageFormat> exposure_format;
+    /// Whether each frame's exposure is made from what its colours are (docs/integrating.md, "Exposure"). Linear colour
+    /// alone, on one device, not with exposure_format.
+    bool automatic_exposure = false;
     /// Of FrameDescription::reactive_mask and transparency_mask, ≥ 1 channel of which the first is read, any type.
     /// Upscalers alone; where set, frames may bring that mask, and those that do not have one of zeros.
     std::optional<ImageFormat> reactive_format, transparency_format;
@@ -76,7 +86,7 @@ struct StreamOptions {
 /// What a frame's images were rendered with.
 struct FrameParameters {
     Vec2 jitter;           // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
-    float exposure = 1;    // linear input only; > 0
+    float exposure = 1;    // linear input only; > 0; with an exposure_image or automatic exposure, a factor of theirs
     float near_plane = 0;  // view distances, for projective depth only: 0 < near < far; far may be infinity
     float far_plane = 0;
     bool reset = false;  // a cut: history is dropped before the frame. The first frame always resets
@@ -100,6 +110,9 @@ struct FrameDescription : FrameParameters {
     Image color;
     Image depth;   // may be empty where Upscaler::needs_depth() is false
     Image motion;  // likewise, needs_motion()
+    /// One pixel, by which `exposure` is multiplied; what is not a finite number above 0 is taken as 1. For engines
+    /// that have it on the device alone.
+    Image exposure_image;
     Image output;
     std::span<const cl_event> wait_for;  // the caller's events that inputs and output depend on
 
