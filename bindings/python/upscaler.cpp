@@ -197,8 +197,7 @@ void add_upscaler(nb::module_& module) {
                std::optional<Pair> motion_size, bool automatic_exposure, std::optional<Pair> output_size,
                const std::string& antialias_input, const std::string& antialias, float sharpen,
                const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
-               const std::string& placement, bool fallback, int band_rows, bool diagnose,
-               const std::vector<std::string>& views) {
+               const std::string& placement, bool fallback, int band_rows, const std::vector<std::string>& views) {
                 UpscalerOptions options;
                 options.precision = value_of<Precision>(
                     "precision", precision,
@@ -231,7 +230,6 @@ void add_upscaler(nb::module_& module) {
                 options.placement = placement;
                 options.fallback = fallback;
                 options.band_rows = band_rows;
-                options.diagnose = diagnose;
                 options.views = views;
                 const auto* selector = std::get_if<std::string>(&device);
                 new (self) Stream(selector ? Device::open(*selector) : std::get<Device>(device), model_of(model, scale),
@@ -247,7 +245,7 @@ void add_upscaler(nb::module_& module) {
             "output_size"_a = nb::none(), "antialias_input"_a = "none", "antialias"_a = "none",
             "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
             "dynamic_resolution"_a = false, "placement"_a = usual.placement, "fallback"_a = false, "band_rows"_a = 0,
-            "diagnose"_a = false, "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
+            "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
         .def("upscale", &upscale, nb::sig(upscale_signature), "color"_a.none(), "depth"_a = nb::none(),
              "motion"_a = nb::none(), nb::kw_only(), "jitter"_a = std::pair(0.0f, 0.0f), "reset"_a = false,
              "exposure"_a = 1.0f, "near_plane"_a = 0.0f, "far_plane"_a = 0.0f, "render_size"_a = nb::none(),

@@ -1,6 +1,11 @@
 #include "api/diagnosis.h"
 
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <span>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "api/stored_values.h"
@@ -24,10 +29,27 @@ io::Pixels at_render_pixels(io::Pixels motion, Size render) {
     return taken;
 }
 
+/// Whether they complete soon: an event that the caller completes later is not to be waited for.
+bool complete_soon(std::span<const cl_event> events) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point end = Clock::now() + std::chrono::seconds(1);
+    const auto is_complete = [](cl_event event) {
+        cl_int status = CL_COMPLETE;
+        clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
+        return status <= CL_COMPLETE;
+    };
+    while (!std::ranges::all_of(events, is_complete)) {
+        if (Clock::now() > end) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+}
+
 }  // namespace
 
 // Vectors are kept as options.motion.scale makes them: in render pixels, to the previous frame, y down.
-Diagnosis::Diagnosis(const UpscalerOptions& options, Size render, double scale) : options_(options) {
+Diagnosis::Diagnosis(const UpscalerOptions& options, Size render, double scale, bool needs_depth)
+    : options_(options), needs_depth_(needs_depth) {
     film_.sequence.render_size = render;
     film_.sequence.scale = scale;
     film_.sequence.color_space = options.color_space;
@@ -37,25 +59,36 @@ Diagnosis::Diagnosis(const UpscalerOptions& options, Size render, double scale) 
 }
 
 Diagnosis::~Diagnosis() {
-    if (!is_full_ && film_.luma.size() >= check::fewest_first_frames) try {
+    if (!is_full_) try {
             look();
-        } catch (const Error&) {  // there is no thread to be had
+        } catch (const std::exception&) {  // there is no thread or memory to be had
         }
 }
 
-void Diagnosis::add(const FrameDescription& frame, const ocl::Context& context) {
+void Diagnosis::add(const FrameDescription& frame, const ocl::Context& context) noexcept {
     if (is_full_) return;
+    try {
+        take(frame, context);
+        if (is_full_) look();
+    } catch (const std::exception& error) {
+        is_full_ = true;
+        log(LogLevel::warning, "options.diagnose: the first frames cannot be looked at: {}", error.what());
+    }
+}
+
+void Diagnosis::take(const FrameDescription& frame, const ocl::Context& context) {
     if (frame.color.size != film_.sequence.render_size) {
         is_full_ = true;
-        if (film_.luma.size() >= check::fewest_first_frames) look();
         return;
     }
+    if (!complete_soon(frame.wait_for))
+        fail(ErrorKind::invalid_argument, "an event of frame.wait_for does not complete within a second");
     const auto values = [&](const Image& image, const ImageFormat& format, int channels) {
-        return image.empty() ? io::Pixels() : stored_values(image, format, channels, context, frame.wait_for);
+        return image.empty() ? io::Pixels() : stored_values(image, format, channels, context);
     };
     io::FramePixels pixels;
     pixels.color = values(frame.color, options_.color_format, 3);
-    pixels.depth = values(frame.depth, options_.depth_format, 1);
+    if (needs_depth_) pixels.depth = values(frame.depth, options_.depth_format, 1);
     pixels.motion = at_render_pixels(values(frame.motion, options_.motion_format, 2), frame.color.size);
     const Vec2 scale = frame.motion_scale.value_or(options_.motion.scale);
     for (size_t i = 0; i < pixels.motion.values.size(); i += 2) {
@@ -64,16 +97,19 @@ void Diagnosis::add(const FrameDescription& frame, const ocl::Context& context) 
     }
     io::FrameFiles described;
     static_cast<FrameParameters&>(described) = frame;
-    described.reset |= film_.sequence.frames.empty();
+    described.reset |= std::exchange(is_cut_, false);
     film_.sequence.frames.push_back(std::move(described));
     film_.add(std::move(pixels));
     is_full_ = film_.luma.size() == check::most_first_frames;
-    if (is_full_) look();
 }
 
 void Diagnosis::look() {
+    if (film_.luma.size() < check::fewest_first_frames) return;
     looking_ = std::async(std::launch::async, [film = std::exchange(film_, {})] {
-        if (const std::string wrong = check::surely_wrong(film); !wrong.empty())
+        const std::string wrong = check::surely_wrong(film);
+        if (wrong.empty())
+            log(LogLevel::info, "options.diagnose: nothing is surely wrong in the first {} frames", film.luma.size());
+        else
             log(LogLevel::warning,
                 "options.diagnose: in the first frames, {}. Motion is taken as options.motion.scale makes it: in "
                 "render "

@@ -31,7 +31,7 @@ class FlatFrame {
     FlatFrame(const FrameSizes& sizes, const StreamOptions& options) {
         frame_.color = image(sizes.color, options.color_format);
         frame_.depth = image(sizes.render, options.depth_format);
-        frame_.motion = image(sizes.render, options.motion_format);
+        frame_.motion = image(options.motion_size.value_or(sizes.render), options.motion_format);
         frame_.output = image(sizes.output, options.output_format);
     }
     const FrameDescription& frame() const { return frame_; }

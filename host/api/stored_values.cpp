@@ -50,18 +50,15 @@ float component(const std::byte* from, ElementType type, int c) {
 
 }  // namespace
 
-io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context,
-                         std::span<const cl_event> wait_for) {
+io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context) {
     const size_t pitch = row_pitch(image, format), begin = first_byte(image, format);
     std::vector<std::byte> copy;  // of a buffer
-    ocl::checked("read a frame to diagnose it", [&] {
-        if (!wait_for.empty())
-            if (const cl_int status = clWaitForEvents(static_cast<cl_uint>(wait_for.size()), wait_for.data()))
-                throw cl::Error(status, "clWaitForEvents");
-        if (!image.buffer) return;
+    if (image.buffer) {
         copy.resize(pitch * (image.size.height - 1) + tight_pitch(image.size, format));
-        context.queue().enqueueReadBuffer(cl::Buffer(image.buffer, true), CL_TRUE, begin, copy.size(), copy.data());
-    });
+        ocl::checked("read a frame to diagnose it", [&] {
+            context.queue().enqueueReadBuffer(cl::Buffer(image.buffer, true), CL_TRUE, begin, copy.size(), copy.data());
+        });
+    }
     const std::byte* pixels = image.buffer ? copy.data() : static_cast<const std::byte*>(image.host) + begin;
     io::Pixels values{image.size, channels, {}};
     values.values.reserve(static_cast<size_t>(image.size.width) * image.size.height * channels);

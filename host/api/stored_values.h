@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "cl/context.h"
 #include "clarus/types.h"
 #include "io/image.h"
@@ -9,9 +7,7 @@
 namespace clarus {
 
 /// The first `channels` of a caller's image as numbers: integers over their largest, floats as they are
-/// (clarus/format.h). Buffers are read by the context's queue. Waits, also for `wait_for`. Errors:
-/// device.
-io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context,
-                         std::span<const cl_event> wait_for);
+/// (clarus/format.h). Buffers are read by the context's queue. Waits. Errors: device.
+io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context);
 
 }  // namespace clarus

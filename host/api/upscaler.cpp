@@ -67,15 +67,17 @@ bool FrameEvent::wait_for(std::chrono::duration<double> longest) const {
     // OpenCL has no wait that ends.
     using Clock = std::chrono::steady_clock;
     const auto begin = Clock::now();
-    for (auto pause = std::chrono::microseconds(50);; pause = std::min(2 * pause, std::chrono::microseconds(2000))) {
+    const std::chrono::duration<double> most(2e-3);
+    for (std::chrono::duration<double> pause(5e-5);; pause = std::min(2 * pause, most)) {
         cl_int status = CL_COMPLETE;
         if (clGetEventInfo(get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr) != CL_SUCCESS ||
             status <= CL_COMPLETE) {
             wait();
             return true;
         }
-        if (Clock::now() - begin >= longest) return false;
-        std::this_thread::sleep_for(pause);
+        const std::chrono::duration<double> left = longest - (Clock::now() - begin);
+        if (!(left.count() > 0)) return false;
+        std::this_thread::sleep_for(std::min(pause, left));
     }
 }
 
@@ -103,7 +105,8 @@ struct Upscaler::State {
               plan_options(options), sizes_around(model, options.output_size)) {
         if (options.diagnose && stream.needs_motion())
             diagnosis.emplace(options, render_size,
-                              static_cast<double>(stream.sizes().output.width) / render_size.width);
+                              static_cast<double>(stream.sizes().output.width) / render_size.width,
+                              stream.needs_depth());
     }
 
     SizedGraph build(Size render, const UpscalerOptions& options) const {
@@ -145,12 +148,20 @@ MemoryRequirements Upscaler::memory_requirements() const { return state_->stream
 void Upscaler::prepare(const std::function<void(double)>& progress) { state_->stream.prepare(progress); }
 
 FrameEvent Upscaler::submit(const FrameDescription& frame) {
-    FrameEvent event = state_->stream.submit(frame);
-    if (state_->diagnosis) state_->diagnosis->add(frame, state_->stream.context());
-    return event;
+    try {
+        FrameEvent event = state_->stream.submit(frame);
+        if (state_->diagnosis) state_->diagnosis->add(frame, state_->stream.context());
+        return event;
+    } catch (...) {
+        if (state_->diagnosis) state_->diagnosis->cut();
+        throw;
+    }
 }
 
-void Upscaler::reset() { state_->stream.reset(); }
+void Upscaler::reset() {
+    state_->stream.reset();
+    if (state_->diagnosis) state_->diagnosis->cut();
+}
 
 bool Upscaler::keeps_history() const { return state_->stream.keeps_history(); }
 
@@ -159,7 +170,7 @@ std::vector<std::byte> Upscaler::save_history() const {
 }
 
 void Upscaler::restore_history(std::span<const std::byte> history) {
-    state_->stream.reset();
+    reset();
     state_->stream.restore(history_of(history, identity_of(state_->model)));
 }
 

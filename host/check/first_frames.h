@@ -12,8 +12,10 @@ namespace clarus::check {
 inline constexpr size_t fewest_first_frames = 4, most_first_frames = 8;
 
 /// What a film of so many frames, with motion, surely declares wrongly, field by field: "motion.direction is
-/// to_previous, and from_previous fits better"; empty where that is nothing. From here on, the calling thread and those
-/// that it makes take what time others leave.
+/// to_previous, and from_previous fits better"; empty where that is nothing.
 std::string surely_wrong(const Film& film);
+
+/// From here on, the calling thread and those that it makes take what time others leave.
+void take_idle_time();
 
 }  // namespace clarus::check

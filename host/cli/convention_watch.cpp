@@ -16,8 +16,9 @@ std::string surely_wrong(io::Sequence sequence) {
     frames.resize(std::min(frames.size(), check::most_first_frames));
     const auto lacks_motion = [](const io::FrameFiles& frame) { return frame.motion.empty(); };
     if (frames.size() < check::fewest_first_frames || std::ranges::any_of(frames, lacks_motion)) return {};
-    // Read before the thread takes others' leavings, for image libraries keep the threads that they make.
-    return check::surely_wrong(check::Film::read(std::move(sequence)));
+    const check::Film film = check::Film::read(std::move(sequence));
+    check::take_idle_time();  // now: image libraries keep the threads that they make
+    return check::surely_wrong(film);
 }
 
 }  // namespace

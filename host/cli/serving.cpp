@@ -113,13 +113,14 @@ void Serving::meet(const Progress& progress) {
     if (!current_)
         current_ = std::move(seat);
     else if (!next_ || next_->stream != stream)  // what was asked for meanwhile goes before it
-        next_ = std::move(seat);
+        next_.swap(seat);
+    lock.unlock();
 }
 
 std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
+    std::shared_ptr<Seat> replaced;  // goes after the lock does
     std::unique_lock lock(mutex_);
-    std::shared_ptr<Seat> seat = next_ ? next_ : current_;
-    next_.reset();
+    std::shared_ptr<Seat> seat = next_ ? std::exchange(next_, {}) : current_;
     if (seat->stream != stream_) {  // of a change that began before the stream came
         const Settings settings = settings_;
         const std::shared_ptr<const SharedStream> stream = stream_;
@@ -128,7 +129,7 @@ std::shared_ptr<Upscaler> Serving::choose(SourceFrame& frame) {
         lock.lock();
     }
     if (seat != current_ && current_->stream == seat->stream) ++changes_;
-    current_ = seat;
+    replaced = std::exchange(current_, seat);
     lock.unlock();
 
     if (seat->buffers)
@@ -166,7 +167,8 @@ void Serving::change(const json& changes, const Progress& progress) {
     settings.only_size = settings_.only_size;
     check_size(seat->upscaler.output_size(), settings.only_size);
     settings_ = std::move(settings);
-    next_ = std::move(seat);
+    next_.swap(seat);
+    lock.unlock();  // before what was asked for and never shown goes
 }
 
 json Serving::state() const {

@@ -16,6 +16,8 @@ namespace {
 
 using graph::Value;
 
+constexpr size_t kExposureBytes = 2 * sizeof(cl_float);
+
 float element_at(const std::vector<std::byte>& bytes, size_t index, Storage storage) {
     if (storage == Storage::u8) throw std::logic_error("what is handed on as bytes is no view");
     if (storage == Storage::f16) return cl_half_to_float(reinterpret_cast<const cl_half*>(bytes.data())[index]);
@@ -95,7 +97,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std:
     ocl::checked("allocate a counter", [&] {
         counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint));
         if (computes_exposure(options))
-            exposure_value_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_float));
+            exposure_value_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, kExposureBytes);
     });
     hand_in(handed_in);
     make_stages();
@@ -123,7 +125,8 @@ void Executor::make_stages() {
     profiler_.begin_stages();
     if (plan_->ingests()) {
         if (computes_exposure(options_))
-            exposure_ = make_stage(port_kernels_, exposure(plan_->ingest), "exposure", "exposure", 0, sizeof(cl_float));
+            exposure_ = make_stage(port_kernels_, exposure(plan_->ingest), "exposure", "exposure", 0,
+                                   exposure_bytes(*plan_, options_));
         ingest_ =
             make_stage(port_kernels_, ingest(plan_->ingest), "ingest", "ingest", 0, ingest_bytes(*plan_, options_));
         for (const auto* destination : destinations(plan_->ingest))
@@ -175,13 +178,14 @@ void Executor::change_plan(const Plan& plan, bool keeps_states) {
 }
 
 size_t Executor::staging_bytes(const Plan& plan, bool resizes, const StreamOptions& options) {
-    return Ports::bytes(plan, options) + sizeof(cl_uint) + (computes_exposure(options) ? sizeof(cl_float) : 0) +
+    return Ports::bytes(plan, options) + sizeof(cl_uint) + (computes_exposure(options) ? kExposureBytes : 0) +
            (resizes ? StateResizing::bytes(plan) : 0);
 }
 
 void Executor::warm_up(std::span<const std::unique_ptr<Plan>> others, const std::function<void(double)>& progress) {
     ocl::checked("run every kernel once", [&] {
-        const auto launches = static_cast<double>(plan_->launches.size()) + ingest_.has_value() + present_.has_value();
+        const auto launches = static_cast<double>(plan_->launches.size()) + exposure_.has_value() +
+                              ingest_.has_value() + present_.has_value();
         int done = 0;
         run_unseen([&] {
             if (!progress) return;
@@ -309,6 +313,12 @@ std::vector<KeptMemory> Executor::kept() const {
         const TensorLayout& layout = plan_->layout.layouts[graph.states[state].next];
         kept.push_back({fmt::format("state {}, {}", state, graph.nodes[graph.states[state].previous].name), layout,
                         &context_, arena_.memory(layout.memory), plan_->memory.places[layout.memory].bytes});
+    }
+    if (exposure_ && options_.automatic_exposure) {
+        TensorLayout layout;
+        layout.width = 2;
+        layout.height = layout.channels = layout.stride = 1;
+        kept.push_back({"exposure", layout, &context_, exposure_value_, kExposureBytes});
     }
     return kept;
 }

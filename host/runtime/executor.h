@@ -127,7 +127,7 @@ class Executor {
     std::vector<Stage> stages_;     // the plan's
     std::optional<Stage> present_;  // where none of these writes the caller's output
     cl::Buffer counter_;            // invalid motion vectors of the frame
-    cl::Buffer exposure_value_;     // what exposure_ makes
+    cl::Buffer exposure_value_;     // what exposure_ makes, kExposureBytes
     std::vector<std::shared_ptr<FrameResult>> results_;
     bool has_states_ = false;
 };

@@ -48,7 +48,7 @@ enum class ArgumentKind {
     counter,          // a buffer of one uint: the frame's invalid motion vectors
     exposure_image,   // the caller's, as a buffer
     exposure_offset,  // uint2: as resource_offset
-    exposure,         // a buffer of one float: the frame's, where a kernel makes it
+    exposure,         // a buffer of floats: the frame's, where a kernel makes it (kernels/exposure.cl)
 };
 struct Argument {
     ArgumentKind kind;

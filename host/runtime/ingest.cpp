@@ -94,7 +94,8 @@ KernelCall ingest(const IngestProblem& problem) {
 KernelCall exposure(const IngestProblem& problem) {
     const StreamOptions& options = *problem.options;
     KernelCall call;
-    call.file = call.entry = "exposure";
+    call.file = "exposure";
+    call.entry = "make_exposure";
     if (options.automatic_exposure) {
         add_tensor(call, "COLOR", problem.color.value());
         call.options += source_options("COLOR", options.color_format) + " -DAUTOMATIC";

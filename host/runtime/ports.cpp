@@ -1,5 +1,6 @@
 #include "runtime/ports.h"
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -175,6 +176,14 @@ size_t Ports::bytes(const Plan& plan, const StreamOptions& options) {
     if (options.exposure_format) bytes += pixel_bytes(*options.exposure_format);
     for (const Resource resource : graph::kResources) bytes += input_bytes(resource, plan, options);
     return bytes;
+}
+
+double exposure_bytes(const Plan& plan, const StreamOptions& options) {
+    if (options.exposure_format) return static_cast<double>(pixel_bytes(*options.exposure_format));
+    constexpr int samples = 128;  // along an axis, kernels/exposure.cl
+    const Size color = size_of(plan.ingest.color.value());
+    return static_cast<double>(std::min(color.width, samples)) * std::min(color.height, samples) *
+           static_cast<double>(pixel_bytes(options.color_format));
 }
 
 double ingest_bytes(const Plan& plan, const StreamOptions& options) {

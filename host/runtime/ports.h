@@ -57,7 +57,8 @@ class Ports {
     cl::Buffer output_;
 };
 
-/// A frame's bytes that ingest reads and writes, and that present does.
+/// A frame's bytes that make_exposure reads, that ingest reads and writes, and that present does.
+double exposure_bytes(const Plan& plan, const StreamOptions& options);
 double ingest_bytes(const Plan& plan, const StreamOptions& options);
 double present_bytes(const Plan& plan, const StreamOptions& options);
 

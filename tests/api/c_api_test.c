@@ -11,6 +11,7 @@ enum { WIDTH = 13, HEIGHT = 9, SCALE = 2 };
 
 int main(void) {
     static float color[WIDTH * HEIGHT * 3], depth[WIDTH * HEIGHT], motion[WIDTH * HEIGHT * 2];
+    static float wide_motion[2 * WIDTH * HEIGHT * 2], exposure = 2;
     static float output[WIDTH * SCALE * HEIGHT * SCALE * 3], between[WIDTH * SCALE * HEIGHT * SCALE * 3];
     clarus_device *device = NULL, *both = NULL;
     const clarus_device* alone[2];
@@ -100,7 +101,6 @@ int main(void) {
           CLARUS_INVALID_ARGUMENT);
     CHECK(clarus_interpolator_create(device, WIDTH, HEIGHT, WIDTH * SCALE, HEIGHT * SCALE, &options, &interpolator) ==
           CLARUS_OK);
-    clarus_device_release(device);
     clarus_upscaler_output_size(upscaler, &width, &height);
     CHECK(width == WIDTH * SCALE && height == HEIGHT * SCALE);
     CHECK(clarus_upscaler_memory(upscaler).arena > 0);
@@ -144,6 +144,35 @@ int main(void) {
     CHECK(clarus_upscaler_restore_history(upscaler, saved, size) == CLARUS_INVALID_ARGUMENT);
     CHECK(clarus_interpolator_restore_history(interpolator, saved, size) == CLARUS_OK);
     clarus_upscaler_release(upscaler);
+
+    /* Exposure and vectors of another size. */
+    options = clarus_default_options();
+    options.linear_color = 1;
+    options.motion_width = 2 * WIDTH;
+    options.motion_height = HEIGHT;
+    options.exposure_format.channels = 1;
+    options.exposure_format.type = CLARUS_F32;
+    options.diagnose = 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_OK);
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "frame.motion"));
+    frame.motion.host = wide_motion;
+    frame.motion.width = 2 * WIDTH;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "frame.exposure_image"));
+    frame.exposure_image.host = &exposure;
+    frame.exposure_image.width = frame.exposure_image.height = 1;
+    CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
+    CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
+    clarus_upscaler_release(upscaler);
+    options.automatic_exposure = 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "automatic_exposure"));
+    clarus_device_release(device);
+    frame.motion.host = motion;
+    frame.motion.width = WIDTH;
+    frame.exposure_image.host = NULL;
+    options = clarus_default_options();
 
     /* Two devices, here one twice, share the stages. */
     options.fallback = 1;

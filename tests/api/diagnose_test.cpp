@@ -138,9 +138,49 @@ TEST_CASE("a sign that is wrong is one warning, and what is right none") {
     UpscalerOptions reversed = right_options();
     reversed.depth.reversed = !reversed.depth.reversed;
     check_names(said(reversed), "depth.reversed");
+    UpscalerOptions wider = flipped;  // vectors of another size than the frame
+    wider.diagnose = true;
+    wider.motion_size = Size{2 * kRender.width, 2 * kRender.height};
+    std::vector<float> wide;
+    check_names(said(wider,
+                     [&](FrameDescription& frame) {
+                         const auto* vectors = static_cast<const float*>(frame.motion.host);
+                         wide.clear();
+                         for (int y = 0; y < 2 * kRender.height; ++y)
+                             for (int x = 0; x < 2 * kRender.width; ++x)
+                                 for (int c = 0; c < 2; ++c)
+                                     wide.push_back(vectors[2 * (y / 2 * kRender.width + x / 2) + c]);
+                         frame.motion = {.host = wide.data(), .size = *wider.motion_size};
+                     }),
+                "motion.direction");
     CHECK(said(
               reversed, [](FrameDescription&) {}, 8, "bicubic")
               .empty());  // reads no motion
+}
+
+TEST_CASE("a history that is dropped is a cut") {
+    const Warnings warnings;
+    {
+        UpscalerOptions options = right_options();
+        Upscaler upscaler(test_device(), Model::filter("fsr2", 2), kRender, options);
+        std::vector<float> output(3 * 4 * kRender.width * kRender.height);
+        const auto image = [](const io::Pixels& pixels) {
+            return Image{.host = const_cast<float*>(pixels.values.data()), .size = pixels.size};
+        };
+        for (int i = 0; i < 8; ++i) {  // back to the first frame again and again
+            const io::FramePixels& pixels = film().frames[i % 2 * 7];
+            FrameDescription frame;
+            static_cast<FrameParameters&>(frame) = film().sequence.frames[i % 2 * 7];
+            frame.reset = false;
+            frame.color = image(pixels.color);
+            frame.depth = image(pixels.depth);
+            frame.motion = image(pixels.motion);
+            frame.output = {.host = output.data(), .size = upscaler.output_size()};
+            upscaler.reset();
+            upscaler.submit(frame).wait();
+        }
+    }
+    CHECK(warnings.all().empty());
 }
 
 TEST_CASE("frames in the device's buffers are looked at as those of the host are") {
@@ -167,7 +207,7 @@ TEST_CASE("frames in the device's buffers are looked at as those of the host are
 TEST_CASE("stored values are those of every format, in a part of a larger image too") {
     const auto& context = test_device().context();
     const auto read = [&](const void* bytes, Size size, ImageFormat format, int channels) {
-        return stored_values({.host = const_cast<void*>(bytes), .size = size}, format, channels, context, {}).values;
+        return stored_values({.host = const_cast<void*>(bytes), .size = size}, format, channels, context).values;
     };
     const std::vector<uint8_t> eight{0, 51, 255, 9, 102, 1, 2, 3};
     CHECK(read(eight.data(), {2, 1}, {ElementType::u8, 4}, 3) ==
@@ -188,8 +228,8 @@ TEST_CASE("stored values are those of every format, in a part of a larger image 
     const ImageFormat floats{ElementType::f32, 1};
     const Image part{.host = larger.data(), .row_pitch = 20, .size = {2, 2}, .origin = {3, 1}};
     const std::vector<float> expected{8, 9, 13, 14};
-    CHECK(stored_values(part, floats, 1, context, {}).values == expected);
+    CHECK(stored_values(part, floats, 1, context).values == expected);
     const cl::Buffer buffer(context.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, size_t{80}, larger.data());
     const Image on_device{.buffer = buffer(), .row_pitch = 20, .size = {2, 2}, .origin = {3, 1}};
-    CHECK(stored_values(on_device, floats, 1, context, {}).values == expected);
+    CHECK(stored_values(on_device, floats, 1, context).values == expected);
 }

@@ -219,6 +219,10 @@ TEST_CASE("what several devices cannot do is refused") {
     UpscalerOptions dynamic = options_for(golden);
     dynamic.dynamic_resolution = true;
     CHECK(message(of_one_context(), dynamic).find("dynamic_resolution") != std::string::npos);
+    UpscalerOptions exposed = options_for(golden);
+    exposed.color_space = ColorSpace::linear;
+    exposed.automatic_exposure = true;
+    CHECK(message(of_one_context(), exposed).find("options.automatic_exposure: of one device") != std::string::npos);
     CHECK_THROWS_AS(Device::together({}), Error);
 
     Upscaler upscaler(of_two_contexts(), golden.model, golden.render, options_for(golden, ""));

@@ -23,7 +23,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static const std::string name = "fuzz" + std::to_string(getpid());
     static const cli::ControlServer server(name, answer);
     int connection = -1;
-    cli::check_share(share_connect(name.c_str(), SHARE_CONTROL_SUFFIX, &connection));
+    clarus_share_status status = CLARUS_SHARE_TIMED_OUT;
+    while (status == CLARUS_SHARE_TIMED_OUT) status = share_connect(name.c_str(), SHARE_CONTROL_SUFFIX, &connection);
+    cli::check_share(status);
     share_send(connection, data, std::min(size, largest_packet), nullptr, 0);
     std::string packet(largest_packet, '\0');
     while (share_receive(connection, packet.data(), packet.size(), nullptr, 0, nullptr) > 0) {

@@ -83,7 +83,8 @@ typedef struct clarus_options {
     int motion_width, motion_height; /* of motion images; 0: the frame's render size; set both or neither */
     clarus_format exposure_format;   /* 0 channels: frames bring no exposure_image */
     int automatic_exposure;
-    int diagnose; /* 1: the first frames are held against what is declared of them, see UpscalerOptions::diagnose */
+    int diagnose; /* 1: an upscaler's first frames are held against what is declared of them, see
+                     UpscalerOptions::diagnose */
 } clarus_options;
 
 typedef struct clarus_option_description {
