@@ -114,12 +114,13 @@ class Workplace {
         std::ofstream(folder_ / name, std::ios::binary) << text;
     }
 
-    // Files in the output folder, "0000.png" or "views/alpha/0000.png".
+    // Files in the output folder, "0000.png" or "views/alpha/0000.png". While a run writes and renames, too.
     std::set<std::string> outputs() const {
         std::set<std::string> names;
         if (!fs::is_directory(output())) return names;
+        std::error_code gone;
         for (const auto& entry : fs::recursive_directory_iterator(output()))
-            if (!entry.is_directory()) names.insert(fs::relative(entry.path(), output()).string());
+            if (!entry.is_directory(gone)) names.insert(entry.path().lexically_relative(output()).string());
         return names;
     }
 

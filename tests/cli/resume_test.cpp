@@ -89,7 +89,7 @@ class Workplace {
         if (!fs::is_directory(folder_ / output)) return all;
         for (const auto& entry : fs::recursive_directory_iterator(folder_ / output))
             if (entry.is_regular_file())
-                all[fs::relative(entry.path(), folder_ / output)] = io::read_file(entry.path());
+                all[entry.path().lexically_relative(folder_ / output)] = io::read_file(entry.path());
         return all;
     }
     /// Pictures under their final names. Unlike `files`, it may be called while a run writes and renames.
