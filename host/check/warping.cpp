@@ -134,17 +134,6 @@ void Film::add(io::FramePixels frame) {
     motion.push_back(std::move(frame.motion));
 }
 
-Film Film::read(io::Sequence sequence, const std::function<void(size_t)>& done) {
-    Film film;
-    film.sequence = std::move(sequence);
-    io::FrameReader reader(film.sequence, 0, film.sequence.frames.size(), true, false);
-    while (auto frame = reader.next()) {
-        film.add(std::move(frame->pixels));
-        if (done) done(film.luma.size());
-    }
-    return film;
-}
-
 bool Film::has_motion() const {
     return std::ranges::any_of(motion, [](const io::Pixels& image) { return !image.values.empty(); });
 }
