@@ -2,13 +2,12 @@
 // automatic part of it, which the next frame follows.
 //
 // Options: RAW_EXPOSURE and RAW_EXPOSURE_COMPONENTS, the caller's image of one pixel; or AUTOMATIC, with the layout
-// COLOR_* and RAW_COLOR, RAW_COLOR_COMPONENTS of the caller's colour, as in ingest.cl.
+// COLOR_* and RAW_COLOR, RAW_COLOR_COMPONENTS of the caller's colour, as in ingest.cl, and MOST_SAMPLES along an axis.
 
 inline float within_reach(float exposure) { return clamp(exposure, 1e-20f, 1e20f); }
 
 #ifdef AUTOMATIC
 // docs/integrating.md, "Exposure".
-#define MOST_SAMPLES 128  // along an axis
 #define DARKEST 1e-4f
 #define SATURATION 9.6f  // of mean luminance: what becomes white
 #define FOLLOWING 0.1f   // of a frame, in powers

@@ -13,9 +13,6 @@
 namespace clarus {
 namespace {
 
-// More is a mistake rather than an image.
-constexpr int kLargestSide = 1 << 15;
-
 void check_option(const Model& model, const std::string& name, double value) {
     const std::vector<PipelineOption>& all = model.options();
     const auto found =

@@ -10,12 +10,16 @@
 
 namespace clarus {
 
+/// The longest side of an image: more is a mistake rather than an image.
+inline constexpr int kLargestSide = 1 << 15;
+
 /// Output resolution of a render resolution, sides rounded to the nearest. Errors: invalid_argument where either is not
-/// from 1 to 2^15 on a side.
+/// from 1 to kLargestSide on a side.
 Size output_size(Size render, double scale);
 
 /// What is shown of a model's result of size `own`: the size asked for, or else that. Errors: invalid_argument where it
-/// is not from 1 to 2^15 on a side, or more than kMostFitRatio times as large or small as the result along an axis.
+/// is not from 1 to kLargestSide on a side, or more than kMostFitRatio times as large or small as the result along an
+/// axis.
 Size shown_size(Size own, const std::optional<Size>& asked);
 
 /// Output over render resolution, where that is one scale along both axes but for what rounding a render size changes.

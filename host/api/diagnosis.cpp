@@ -1,17 +1,15 @@
 #include "api/diagnosis.h"
 
-#include <algorithm>
 #include <chrono>
 #include <exception>
-#include <span>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "api/stored_values.h"
 #include "base/error.h"
 #include "base/log.h"
 #include "check/first_frames.h"
+#include "cl/event.h"
 
 namespace clarus {
 
@@ -27,22 +25,6 @@ io::Pixels at_render_pixels(io::Pixels motion, Size render) {
                 taken.values.push_back(motion.at((2 * x + 1) * motion.size.width / (2 * render.width),
                                                  (2 * y + 1) * motion.size.height / (2 * render.height), c));
     return taken;
-}
-
-/// Whether they complete soon: an event that the caller completes later is not to be waited for.
-bool complete_soon(std::span<const cl_event> events) {
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point end = Clock::now() + std::chrono::seconds(1);
-    const auto is_complete = [](cl_event event) {
-        cl_int status = CL_COMPLETE;
-        clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
-        return status <= CL_COMPLETE;
-    };
-    while (!std::ranges::all_of(events, is_complete)) {
-        if (Clock::now() > end) return false;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
 }
 
 }  // namespace
@@ -81,7 +63,8 @@ void Diagnosis::take(const FrameDescription& frame, const ocl::Context& context)
         is_full_ = true;
         return;
     }
-    if (!complete_soon(frame.wait_for))
+    // An event that the caller completes later is not to be waited for.
+    if (!ocl::wait_at_most(frame.wait_for, std::chrono::seconds(1)))
         fail(ErrorKind::invalid_argument, "an event of frame.wait_for does not complete within a second");
     const auto values = [&](const Image& image, const ImageFormat& format, int channels) {
         return image.empty() ? io::Pixels() : stored_values(image, format, channels, context);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string_view>
 
+#include "api/build_graph.h"
 #include "base/error.h"
 #include "base/image_format.h"
 #include "cl/error.h"
@@ -32,10 +33,9 @@ void check_motion_scale(std::string_view name, Vec2 scale) {
 }
 
 void check_size(std::string_view name, Size size) {
-    constexpr int largest = 1 << 15;
-    if (size.width < 1 || size.height < 1 || size.width > largest || size.height > largest)
+    if (size.width < 1 || size.height < 1 || size.width > kLargestSide || size.height > kLargestSide)
         fail(ErrorKind::invalid_argument, "{}: {}x{}; each side is from 1 to {}", name, size.width, size.height,
-             largest);
+             kLargestSide);
 }
 
 template <typename Enum>

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "api/build_graph.h"
@@ -17,6 +16,7 @@
 #include "base/error.h"
 #include "base/log.h"
 #include "cl/error.h"
+#include "cl/event.h"
 #include "runtime/program.h"
 
 namespace clarus {
@@ -64,21 +64,10 @@ void FrameEvent::wait() const {
 }
 
 bool FrameEvent::wait_for(std::chrono::duration<double> longest) const {
-    // OpenCL has no wait that ends.
-    using Clock = std::chrono::steady_clock;
-    const auto begin = Clock::now();
-    const std::chrono::duration<double> most(2e-3);
-    for (std::chrono::duration<double> pause(5e-5);; pause = std::min(2 * pause, most)) {
-        cl_int status = CL_COMPLETE;
-        if (clGetEventInfo(get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr) != CL_SUCCESS ||
-            status <= CL_COMPLETE) {
-            wait();
-            return true;
-        }
-        const std::chrono::duration<double> left = longest - (Clock::now() - begin);
-        if (!(left.count() > 0)) return false;
-        std::this_thread::sleep_for(std::min(pause, left));
-    }
+    const cl_event done = get();
+    if (!ocl::wait_at_most({&done, 1}, longest)) return false;
+    wait();
+    return true;
 }
 
 cl_event FrameEvent::get() const { return result_->done(); }

@@ -98,7 +98,8 @@ KernelCall exposure(const IngestProblem& problem) {
     call.entry = "make_exposure";
     if (options.automatic_exposure) {
         add_tensor(call, "COLOR", problem.color.value());
-        call.options += source_options("COLOR", options.color_format) + " -DAUTOMATIC";
+        call.options += fmt::format("{} -DAUTOMATIC -DMOST_SAMPLES={}", source_options("COLOR", options.color_format),
+                                    kExposureSamples);
         constexpr int color = static_cast<int>(graph::Resource::color);
         call.arguments = {{ArgumentKind::resource, color}, {ArgumentKind::resource_offset, color}};
     } else {

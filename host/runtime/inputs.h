@@ -55,6 +55,9 @@ inline bool computes_exposure(const StreamOptions& options) {
     return options.exposure_format.has_value() || options.automatic_exposure;
 }
 
+/// How many of the caller's colours an automatic exposure is made of, at most, along an axis.
+inline constexpr int kExposureSamples = 128;
+
 /// That kernel: from the caller's image, or from what the colours are.
 KernelCall exposure(const IngestProblem& problem);
 

@@ -6,6 +6,7 @@
 
 #include "base/image_format.h"
 #include "cl/error.h"
+#include "runtime/inputs.h"
 
 namespace clarus::runtime {
 namespace {
@@ -180,9 +181,8 @@ size_t Ports::bytes(const Plan& plan, const StreamOptions& options) {
 
 double exposure_bytes(const Plan& plan, const StreamOptions& options) {
     if (options.exposure_format) return static_cast<double>(pixel_bytes(*options.exposure_format));
-    constexpr int samples = 128;  // along an axis, kernels/exposure.cl
     const Size color = size_of(plan.ingest.color.value());
-    return static_cast<double>(std::min(color.width, samples)) * std::min(color.height, samples) *
+    return static_cast<double>(std::min(color.width, kExposureSamples)) * std::min(color.height, kExposureSamples) *
            static_cast<double>(pixel_bytes(options.color_format));
 }
 
