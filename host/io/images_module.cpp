@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,8 +14,10 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/channel_choice.h"
 #include "io/file.h"
 #include "io/image_module.h"
+#include "io/png_check.h"
 
 namespace clarus::io {
 namespace {
@@ -33,6 +33,8 @@ std::string one_line(std::string message) {
 
 struct Window {
     int x, y, width, height;
+
+    bool operator==(const Window&) const = default;
 };
 
 /// What of the plane a viewer shows: of OpenEXR the display window, in which the pixels that are there may be fewer, or
@@ -43,15 +45,10 @@ Window shown_window(const OIIO::ImageInput& input) {
     return {spec.full_x, spec.full_y, spec.full_width, spec.full_height};
 }
 
-std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
-    require_file(path);
-    OIIO::ImageSpec request;
-    request.attribute("oiio:UnassociatedAlpha", 1);
-    auto input = OIIO::ImageInput::open(path.string(), &request);
-    if (!input) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(OIIO::geterror()));
-
-    const OIIO::ImageSpec& spec = input->spec();
-    const Window shown = shown_window(*input);
+/// Errors: file, where the part at which `input` is is no image of a size that may be read.
+void check_part(const OIIO::ImageInput& input, const std::filesystem::path& path) {
+    const OIIO::ImageSpec& spec = input.spec();
+    const Window shown = shown_window(input);
     if (spec.width < 1 || spec.height < 1 || shown.width < 1 || shown.height < 1 || spec.nchannels < 1 ||
         spec.depth > 1 || spec.deep)
         fail(ErrorKind::file, "cannot read image {}: not a flat two-dimensional image", path.string());
@@ -59,6 +56,17 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path) {
         spec.nchannels > 64)
         fail(ErrorKind::file, "cannot read image {}: {}x{} pixels with {} channels are too many", path.string(),
              std::max(spec.width, shown.width), std::max(spec.height, shown.height), spec.nchannels);
+}
+
+/// `of_png`: how much of it is to be whole.
+std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& path, PngPart of_png) {
+    require_file(path);
+    check_png(path, of_png);
+    OIIO::ImageSpec request;
+    request.attribute("oiio:UnassociatedAlpha", 1);
+    auto input = OIIO::ImageInput::open(path.string(), &request);
+    if (!input) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(OIIO::geterror()));
+    check_part(*input, path);
     return input;
 }
 
@@ -101,157 +109,34 @@ OIIO::ImageBuf wrap(const Pixels& pixels) {
             const_cast<float*>(pixels.values.data())};
 }
 
-/// A channel of a file: "ViewLayer.Vector.X" is x of the layer viewlayer.vector.
-struct Channel {
-    int part, place;
-    std::string part_name, name, layer, kind;
-};
-
-std::string listing(const std::vector<Channel>& channels) {
-    std::string names;
-    for (const Channel& channel : channels)
-        names +=
-            (names.empty() ? "" : ", ") + (channel.part_name.empty() ? "" : channel.part_name + ":") + channel.name;
-    return names;
-}
-
-std::string in_lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
-}
-
-/// Of all parts that are of the first one's pixels. What has no layer has its part's, where there are several.
+/// Of all parts.
 std::vector<Channel> channels_of(OIIO::ImageInput& input) {
-    const OIIO::ImageSpec first = input.spec();
     const bool several = input.seek_subimage(1, 0);
     std::vector<Channel> channels;
     for (int part = 0; input.seek_subimage(part, 0); ++part) {
         const OIIO::ImageSpec& spec = input.spec();
-        if (spec.roi() !=
-                OIIO::ROI(first.x, first.x + first.width, first.y, first.y + first.height, 0, 1, 0, spec.nchannels) ||
-            spec.roi_full().width() != first.full_width || spec.deep)
-            continue;
         const std::string part_name = several ? spec.get_string_attribute("oiio:subimagename") : "";
-        for (int place = 0; place < spec.nchannels; ++place) {
-            const std::string& name = spec.channelnames[place];
-            const size_t dot = name.rfind('.');
-            const bool is_in_layer = dot != std::string::npos;
-            channels.push_back({part, place, part_name, name,
-                                in_lower_case(is_in_layer ? name.substr(0, dot) : part_name),
-                                in_lower_case(is_in_layer ? name.substr(dot + 1) : name)});
-        }
+        for (int place = 0; place < spec.nchannels; ++place)
+            channels.push_back(channel_of(part, place, part_name, spec.channelnames[place]));
     }
     input.seek_subimage(0, 0);
     return channels;
 }
 
-/// How renderers name what is asked for by a number of channels: colour by three, motion by two, depth by one.
-struct Role {
-    const char* name;
-    std::vector<std::vector<std::string>> kinds;  // of channels, the best first
-    std::vector<std::string> words;               // of layers
-    bool prefers_words;                           // to what is in no layer
-};
-
-const Role* role_of(int channels) {
-    static const std::array<Role, 3> roles{
-        {{"depth", {{"z"}, {"depth"}, {"v"}, {"y"}, {"r"}}, {"depth"}, true},
-         {"motion", {{"x", "y"}, {"u", "v"}, {"r", "g"}}, {"vector", "velocity", "motion", "forward"}, true},
-         {"colour", {{"r", "g", "b"}}, {"combined", "beauty", "rgb", "color", "colour", "final"}, false}}};
-    return channels >= 1 && channels <= 3 ? &roles[static_cast<size_t>(channels) - 1] : nullptr;
-}
-
-/// Which channels of a file that has more than are wanted; none where no name tells. Errors: file, where several layers
-/// may be meant.
-std::optional<std::vector<Channel>> channels_by_role(const std::vector<Channel>& channels, int most,
-                                                     const std::filesystem::path& path) {
-    const Role* role = role_of(most);
-    if (!role || channels.size() <= static_cast<size_t>(most)) return std::nullopt;
-    const auto has_word = [&](const std::string& layer) {
-        return std::any_of(role->words.begin(), role->words.end(),
-                           [&](const std::string& word) { return layer.find(word) != std::string::npos; });
-    };
-    using Layers = std::map<std::pair<int, std::string>, std::vector<Channel>>;
-    const auto layers_of = [&](const std::vector<std::string>& kinds) {
-        Layers layers;
-        for (const std::string& kind : kinds)
-            for (const Channel& channel : channels)
-                if (channel.kind == kind) layers[{channel.part, channel.layer}].push_back(channel);
-        std::erase_if(layers, [&](const auto& layer) { return layer.second.size() != kinds.size(); });
-        return layers;
-    };
-    const auto only = [](Layers layers, const auto& fits) {
-        std::erase_if(layers, [&](const auto& layer) { return !fits(layer.first.second); });
-        return layers.size() == 1 ? std::optional(layers.begin()->second) : std::nullopt;
-    };
-    const auto is_none = [](const std::string& layer) { return layer.empty(); };
-    for (const bool by_words : {role->prefers_words, !role->prefers_words})
-        for (const auto& kinds : role->kinds)
-            if (const auto chosen = by_words ? only(layers_of(kinds), has_word) : only(layers_of(kinds), is_none))
-                return chosen;
-    for (const auto& kinds : role->kinds) {
-        const Layers layers = layers_of(kinds);
-        if (layers.size() == 1) return layers.begin()->second;
-        if (layers.empty()) continue;
-        fail(
-            ErrorKind::file,
-            "cannot read image {}: which of its channels are {}? There are {}. Name those that are meant as `channels` "
-            "in the sequence's JSON (docs/formats.md), or write them into a file of their own",
-            path.string(), role->name, listing(channels));
-    }
-    return std::nullopt;
-}
-
-/// With the alpha of the same layer, where it has one.
-std::optional<std::vector<Channel>> color_with_alpha(const std::vector<Channel>& channels,
-                                                     const std::filesystem::path& path) {
-    auto color = channels_by_role(channels, 3, path);
-    if (!color) return std::nullopt;
-    const Channel& red = color->front();
-    const auto alpha = std::find_if(channels.begin(), channels.end(), [&](const Channel& channel) {
-        return channel.kind == "a" && channel.part == red.part && channel.layer == red.layer;
-    });
-    if (alpha != channels.end()) color->push_back(*alpha);
-    return color;
-}
-
-/// Errors: file, where there are no such channels, or several of them.
-std::vector<Channel> channels_by_name(const std::vector<Channel>& channels, const std::vector<std::string>& names,
-                                      const std::filesystem::path& path) {
-    std::map<int, std::vector<Channel>> found;  // in each part
-    for (const std::string& name : names) {
-        bool is_there = false;
-        for (const Channel& channel : channels)
-            if (channel.name == name) found[channel.part].push_back(channel), is_there = true;
-        if (!is_there)
-            fail(ErrorKind::file, "cannot read image {}: it has no channel {}; there are {}", path.string(), name,
-                 listing(channels));
-    }
-    std::erase_if(found, [&](const auto& part) { return part.second.size() != names.size(); });
-    if (found.size() != 1)
-        fail(ErrorKind::file, "cannot read image {}: {} has all of the named channels; there are {}", path.string(),
-             found.empty() ? "no part" : "more than one `part`", listing(channels));
-    return found.begin()->second;
-}
-
-/// What to read; none: the first channels. Errors: file, for what is not there, or may be several.
-std::optional<std::vector<Channel>> chosen_channels(OIIO::ImageInput& input, int most, const ChannelNames& named,
-                                                    const std::filesystem::path& path) {
-    const bool is_named = named != ChannelNames{};
-    if (!is_named && std::string_view(input.format_name()) != "openexr") return std::nullopt;
-    std::vector<Channel> channels = channels_of(input);
-    if (!named.part.empty()) {
-        const std::string all = listing(channels);
-        std::erase_if(channels, [&](const Channel& channel) { return channel.part_name != named.part; });
-        if (channels.empty())
-            fail(ErrorKind::file, "cannot read image {}: it has no part {} of the first one's pixels; there are {}",
-                 path.string(), named.part, all);
-    }
-    if (!named.names.empty()) return channels_by_name(channels, named.names, path);
-    auto chosen = most == 4 ? color_with_alpha(channels, path) : channels_by_role(channels, most, path);
-    if (chosen || !is_named) return chosen;
-    channels.resize(std::min(channels.size(), static_cast<size_t>(most)));
-    return channels;
+/// What to read, with `input` at its part; none: the first channels of the first part. Errors: file, for what is not
+/// there, may be several, or is in a part that shows other pixels than the first one.
+std::optional<std::vector<Channel>> choose(OIIO::ImageInput& input, int most, const ChannelNames& named,
+                                           const std::filesystem::path& path) {
+    if (named == ChannelNames{} && std::string_view(input.format_name()) != "openexr") return std::nullopt;
+    const Window shown = shown_window(input);
+    auto chosen = chosen_channels(channels_of(input), most, named, path);
+    if (!chosen || chosen->front().part == 0) return chosen;
+    input.seek_subimage(chosen->front().part, 0);
+    check_part(input, path);
+    if (shown_window(input) != shown)
+        fail(ErrorKind::file, "cannot read image {}: its part {} shows other pixels than its first part", path.string(),
+             chosen->front().part_name);
+    return chosen;
 }
 
 /// All of one layer.
@@ -297,23 +182,22 @@ class OpenImageIo final : public ImageModule {
 
 ImageHeader OpenImageIo::read_header(const std::filesystem::path& path, int most_channels,
                                      const ChannelNames& named) const {
-    const auto input = open(path);
-    const OIIO::ImageSpec spec = input->spec();
+    const auto input = open(path, PngPart::before_pixels);
+    const auto chosen = choose(*input, most_channels, named, path);
+    const OIIO::ImageSpec& spec = input->spec();
     const auto [x, y, width, height] = shown_window(*input);
-    const auto chosen = chosen_channels(*input, most_channels, named, path);
     if (!chosen) return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format)};
-    input->seek_subimage(chosen->front().part, 0);
-    return {{width, height},
-            static_cast<int>(chosen->size()),
-            sample_type(input->spec().channelformat(chosen->front().place))};
+    return {{width, height}, static_cast<int>(chosen->size()), sample_type(spec.channelformat(chosen->front().place))};
 }
 
 Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const {
-    const auto input = open(path);
+    const auto input = open(path, PngPart::all);
+    const auto chosen = choose(*input, most_channels, named, path);
     const OIIO::ImageSpec spec = input->spec();
+    const auto [x, y, width, height] = shown_window(*input);
     Pixels pixels{{spec.width, spec.height}, std::min(spec.nchannels, most_channels), {}};
     bool is_read = false;
-    if (const auto chosen = chosen_channels(*input, most_channels, named, path)) {
+    if (chosen) {
         pixels.channels = static_cast<int>(chosen->size());
         is_read = read_channels(*input, *chosen, pixels);
     } else {
@@ -321,7 +205,6 @@ Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, c
         is_read = input->read_image(0, 0, 0, pixels.channels, OIIO::TypeDesc::FLOAT, pixels.values.data());
     }
     if (!is_read) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
-    const auto [x, y, width, height] = shown_window(*input);
     if (x != spec.x || y != spec.y || Size{width, height} != pixels.size)
         return part_of(pixels, {x - spec.x, y - spec.y, width, height});
     return pixels;
