@@ -44,9 +44,17 @@ bool has_mnss_jitter(const std::vector<io::FrameFiles>& frames, int scale) {
 
 void warn_of_mip_bias(const io::Sequence& sequence, const Upscaler& upscaler, const Model& model) {
     constexpr double noticeable = 0.5;  // mip levels
-    if (!sequence.mip_bias || !upscaler.needs_motion() || sequence.is_dynamic()) return;
+    if (!sequence.is_described || !upscaler.needs_motion() || sequence.is_dynamic()) return;
     const double scale = static_cast<double>(upscaler.output_size().width) / upscaler.render_size().width;
     const double wanted = mip_bias(std::max(1.0, scale));
+    if (!sequence.mip_bias) {
+        log(LogLevel::warning,
+            "the sequence does not say what mip bias its textures were sampled with (`mip_bias` in sequence.json), and "
+            "{} wants {:.3g} here: without one they come out blurred (docs/choosing-a-model.md, \"What each wants as "
+            "input\")",
+            model.name(), wanted);
+        return;
+    }
     if (std::abs(*sequence.mip_bias - wanted) <= noticeable) return;
     log(LogLevel::warning,
         "textures were sampled with a mip bias of {:g}, and {} wants {:.3g} here: they come out {} "

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/enclosure.h"
 #include "io/image.h"
 
 namespace clarus::io {
@@ -96,7 +97,11 @@ Sequence read_images(const std::filesystem::path& path, double scale) {
     };
     if (is_directory(path)) {
         sequence.folder = path;
-        for (const auto& [name, image] : images_in(path)) add(name, image);
+        const Enclosure folder(path);
+        for (const auto& [name, image] : images_in(path)) {
+            folder.require(image);
+            add(name, image);
+        }
         std::ranges::sort(sequence.frames, comes_before, &FrameFiles::name);
     } else {
         sequence.folder = path.has_parent_path() ? path.parent_path() : ".";

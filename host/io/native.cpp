@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
 
@@ -47,28 +48,26 @@ Size read_size(const JsonNode& node) {
             static_cast<int>(sides[1].integer(1, largest_extent))};
 }
 
-/// Where the JSON is.
-struct Folder {
-    std::filesystem::path path, canonical;
-};
-
 /// A path in the JSON: relative to its folder, and after all links still inside.
-std::filesystem::path file_inside(const JsonNode& node, const Folder& folder) {
+std::filesystem::path file_inside(const JsonNode& node, const Enclosure& folder) {
     const std::string text = node.text();
     const std::filesystem::path relative = text;
     if (text.empty() || text.find('\0') != std::string::npos || relative.is_absolute())
         node.refuse("a path relative to the sequence's folder");
-    std::error_code error;
-    const std::filesystem::path file = std::filesystem::weakly_canonical(folder.path / relative, error);
-    const bool is_inside = !error && std::ranges::mismatch(folder.canonical, file).in1 == folder.canonical.end();
-    if (is_inside) return folder.path / relative;
+    const std::filesystem::path path = folder.folder() / relative;
+    const char* inside = "a path inside the sequence's folder";
+    std::filesystem::path target;
+    try {
+        target = Enclosure::target_of(path);
+    } catch (const std::filesystem::filesystem_error& error) {
+        node.refuse(inside, ": " + error.code().message());
+    }
+    if (folder.holds(target)) return path;
     const bool leaves_by_name = *relative.lexically_normal().begin() == "..";
-    node.refuse("a path inside the sequence's folder",
-                error            ? fmt::format(": {}", error.message())
-                : leaves_by_name ? ""
-                                 : fmt::format(", which a link leads out to {}; put the images themselves there, or "
-                                               "sequence.json into a folder that holds them all",
-                                               file.string()));
+    node.refuse(inside, leaves_by_name ? ""
+                                       : fmt::format(", which a link leads out to {}; put the images themselves there, "
+                                                     "or sequence.json into a folder that holds them all",
+                                                     target.string()));
 }
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -149,7 +148,7 @@ Size read_frame_size(const JsonNode& node, Size largest) {
     return size;
 }
 
-FrameFiles read_frame_files(const JsonNode& node, const Folder& folder, Size largest) {
+FrameFiles read_frame_files(const JsonNode& node, const Enclosure& folder, Size largest) {
     node.allow_members(frame_fields);
     FrameFiles frame;
     if (const auto size = node.find("render_size")) frame.render_size = read_frame_size(*size, largest);
@@ -200,7 +199,7 @@ Sequence read_native(const std::filesystem::path& description) {
         root["color_space"].choice<ColorSpace>({{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});
 
     const JsonNode frames = root["frames"];
-    const Folder folder{sequence.folder, std::filesystem::canonical(sequence.folder)};
+    const Enclosure folder(sequence.folder);
     for (const JsonNode& frame : frames.items())
         sequence.frames.push_back(read_frame_files(frame, folder, sequence.render_size));
     if (sequence.frames.empty()) frames.refuse("a list of at least one frame");

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/error.h"
+#include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
 
@@ -80,6 +81,7 @@ Sequence read_nss(const std::filesystem::path& description, double scale) {
     sequence.motion = motion_convention;
     sequence.depth = {.projective = true, .reversed = root["ReverseZ"].boolean()};
     const bool has_reference = is_directory(reference);
+    const Enclosure dataset(sequence.folder.empty() ? "." : sequence.folder);
     const size_t index = jitter_index(root, ratio);
     for (size_t i = 0; i < frames.size(); ++i) {
         FrameFiles frame;
@@ -88,6 +90,8 @@ Sequence read_nss(const std::filesystem::path& description, double scale) {
         frame.depth = inputs / "depth" / name / colors[i].filename();
         frame.motion = inputs / "motion" / name / colors[i].filename();
         if (has_reference) frame.reference = reference / colors[i].filename();
+        for (const auto& file : {frame.color, frame.depth, frame.motion, frame.reference})
+            if (!file.empty()) dataset.require(file);
         frame.jitter = read_jitter(frames[i]["NormalizedPerRatioJitter"], index, sequence.render_size);
         if (const auto cut = frames[i].find("CameraCut")) frame.reset = cut->boolean();
         if (const auto exposure = frames[i].find("Exposure")) frame.exposure = exposure->positive();

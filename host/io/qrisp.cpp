@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <ranges>
 #include <span>
+#include <string_view>
+#include <system_error>
 
 #include "base/error.h"
+#include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
 
@@ -40,6 +44,20 @@ std::optional<Segment> split(const std::filesystem::path& path) {
     if (segment.scale == 0 || !segment.rendering.starts_with("MipBias") || !segment.rendering.ends_with("Jittered"))
         return std::nullopt;
     return segment;
+}
+
+/// "MipBiasMinus1Jittered", "MipBias0Jittered"; none where it is another word.
+std::optional<double> mip_bias_of(const Segment& segment) {
+    std::string_view number = segment.rendering;
+    number.remove_prefix(std::string_view("MipBias").size());
+    number.remove_suffix(std::string_view("Jittered").size());
+    constexpr std::string_view minus = "Minus";
+    const bool is_negative = number.starts_with(minus);
+    if (is_negative) number.remove_prefix(minus.size());
+    double bias = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), bias);
+    if (error != std::errc() || end != number.data() + number.size() || !(bias >= 0 && bias <= 16)) return std::nullopt;
+    return is_negative ? -bias : bias;
 }
 
 void set_conventions(Sequence& sequence) {
@@ -99,11 +117,15 @@ Sequence read_qrisp(const std::filesystem::path& path) {
     Sequence sequence;
     sequence.folder = path;
     sequence.scale = segment->scale;
+    sequence.mip_bias = mip_bias_of(*segment);
     set_conventions(sequence);
+    const Enclosure scene(segment->scene);
     for (const std::string& name : frame_names(path)) {
         FrameFiles frame = files_of(*segment, path, name);
         for (auto file : {&FrameFiles::depth, &FrameFiles::motion, &FrameFiles::reference})
             if (!is_directory((frame.*file).parent_path())) (frame.*file).clear();
+        for (const auto& file : {frame.color, frame.depth, frame.motion, frame.reference, camera_file(*segment, name)})
+            if (!file.empty()) scene.require(file);
         frame.jitter = read_jitter(camera_file(*segment, name));
         sequence.frames.push_back(std::move(frame));
     }

@@ -28,6 +28,7 @@ inline void write_noise_sequence(const std::filesystem::path& folder, Size rende
     description.folder = folder;
     description.render_size = render_size;
     description.color_space = color_space;
+    description.mip_bias = -1;
     for (const char* name : {"color", "depth", "motion", "reference"})
         std::filesystem::create_directories(folder / name);
     for (int i = 0; i < frame_count; ++i) {

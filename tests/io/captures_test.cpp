@@ -97,6 +97,7 @@ TEST_CASE("a QRISP segment") {
     const Sequence sequence = read_sequence(qrisp.segment);
     CHECK(sequence.render_size == Size{8, 6});
     CHECK(sequence.scale == 2);
+    CHECK(sequence.mip_bias == -1);
     CHECK(sequence.color_space == ColorSpace::srgb);
     CHECK(sequence.depth_storage == DepthStorage::packed_rgba8);
     CHECK_FALSE(sequence.depth.projective);
@@ -119,7 +120,10 @@ TEST_CASE("a QRISP segment") {
     CHECK(frame.depth.at(0, 0, 0) == doctest::Approx(128 * (1 / 255.0 + 1 / 65025.0 + 1 / 16581375.0)));
 
     CHECK(read_sequence(qrisp.segment / "").frames.size() == 3);  // a slash at the end
-    CHECK(read_sequence(Qrisp("360p", "MipBiasMinus1.58Jittered", 3).segment).scale == 3);
+    const Sequence third = read_sequence(Qrisp("360p", "MipBiasMinus1.58Jittered", 3).segment);
+    CHECK(third.scale == 3);
+    CHECK(third.mip_bias == -1.58);
+    CHECK_FALSE(read_sequence(Qrisp("540p", "MipBiasNoneJittered", 2).segment).mip_bias);
     CHECK(read_sequence(Qrisp("270p", "MipBiasMinus2Jittered", 4).segment).output_size() == Size{64, 12});
 }
 
@@ -131,6 +135,23 @@ TEST_CASE("a QRISP segment without depth, motion or reference") {
     CHECK(sequence.frames[0].reference.empty());
     CHECK_NOTHROW(check_sequence(sequence, false, false));
     CHECK(message_of([&] { check_sequence(sequence, true, true); }) == Contains("frame 0000 has no motion"));
+}
+
+TEST_CASE("links that lead out of a capture are not followed") {
+    const auto lead_out = [](const std::filesystem::path& file) {
+        std::filesystem::remove(file);
+        std::filesystem::create_symlink("/etc/hostname", file);
+    };
+    for (const char* file : {"540p/CameraData/0007/0001.json", "540p/MipBiasMinus1Jittered/0007/0001.png",
+                             "540p/DepthMipBiasMinus1Jittered/0007/0001.png", "1080p/Enhanced/0007/0001.png"}) {
+        const Qrisp qrisp("540p", "MipBiasMinus1Jittered", 2);
+        lead_out(qrisp.folder / "Scene" / file);
+        CHECK(message_of([&] { read_sequence(qrisp.segment); }) ==
+              Contains("a link leads it out of the sequence's folder"));
+    }
+    Nss nss;
+    lead_out(nss.folder / "x2/depth/0003/0001.exr");
+    CHECK(message_of([&] { nss.read(2); }) == Contains("a link leads it out of the sequence's folder"));
 }
 
 TEST_CASE("a QRISP segment that is wrong") {

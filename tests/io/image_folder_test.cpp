@@ -75,6 +75,18 @@ TEST_CASE("images alone are refused where more is needed, with what is missing")
     CHECK_THROWS_WITH_AS(check_sequence(read_sequence(folder / "1.png"), true, true), Contains("1.png: images"), Error);
 }
 
+TEST_CASE("a link inside a folder of images is followed, one that leads out is not") {
+    const TemporaryFolder outer;
+    const std::filesystem::path folder = outer / "images";
+    std::filesystem::create_directory(folder);
+    write(folder / "0.png");
+    write(outer / "secret.png");
+    std::filesystem::create_symlink("0.png", folder / "1.png");
+    CHECK(read_sequence(folder).frames.size() == 2);
+    std::filesystem::create_symlink("../secret.png", folder / "2.png");
+    CHECK_THROWS_WITH_AS(read_sequence(folder), Contains("2.png: a link leads it out of the sequence's folder"), Error);
+}
+
 TEST_CASE("images that make no sequence") {
     const TemporaryFolder folder;
     CHECK_THROWS_WITH_AS(read_sequence(folder / "none.png"), Contains("none.png: no such file"), Error);
