@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstdint>
+#include <system_error>
 
 namespace clarus {
 namespace {
@@ -15,9 +16,23 @@ bool is_own(const struct stat& status) {
     return owned && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
+/// In a folder that everyone may write, others may put another in place of a folder; of sticky ones, such as /tmp, not.
+bool may_be_replaced(const std::filesystem::path& folder) {
+    std::error_code error;
+    const std::filesystem::path whole = std::filesystem::canonical(folder, error);
+    if (error) return true;
+    for (std::filesystem::path parent = whole; parent != parent.parent_path();) {
+        parent = parent.parent_path();
+        struct stat status;
+        if (stat(parent.c_str(), &status) != 0) return true;
+        if ((status.st_mode & S_IWOTH) && !(status.st_mode & S_ISVTX)) return true;
+    }
+    return false;
+}
+
 bool is_own_folder(const std::filesystem::path& folder) {
     struct stat status;
-    return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_own(status);
+    return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && is_own(status) && !may_be_replaced(folder);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -88,7 +89,10 @@ int run(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {  // help and the version, too
-        if (app.exit(error) != 0) return exit_usage;
+        std::ostringstream complaint;
+        const bool is_wrong = app.exit(error, std::cout, complaint) != 0;
+        fmt::print(stderr, "{}", clarus::cli::printable(complaint.str()));
+        if (is_wrong) return exit_usage;
     } catch (const clarus::cli::FoundWrong&) {
         result = exit_failure;
     }
