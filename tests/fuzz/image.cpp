@@ -16,5 +16,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         } catch (const Error&) {
         }
     }
+    // Depth, motion and colour of the EXR's channels, and a part.
+    const auto path = input_file("image.exr", data, size);
+    for (const io::ChannelNames& named : {io::ChannelNames{}, io::ChannelNames{"depth", {}}})
+        for (const int most : {1, 2, 3}) {
+            try {
+                io::read_image_header(path, most, named);
+            } catch (const Error&) {
+            }
+        }
     return 0;
 }

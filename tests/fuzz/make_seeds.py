@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Makes tests/fuzz/seeds: small valid inputs, of which libFuzzer makes others. Needs oiiotool, for the images, and the build."""
 import json
-import shutil
 import struct
 import subprocess
 from pathlib import Path
@@ -70,6 +69,20 @@ write("sequence", "native", json.dumps({
     "frames": [{"color": "c.png", "depth": "d.exr", "motion": "m.exr", "jitter": [0.0, -0.25], "reset": True}],
 }).encode())
 
+write("sequence", "everything", json.dumps({
+    "version": 1, "render_size": [16, 8], "output_size": [30, 16], "scale": 2, "mip_bias": -1, "color_space": "linear",
+    "color": {"channels": ["L.R", "L.G", "L.B", "L.A"], "part": "beauty"}, "depth": {"encoding": "linear", "channels": ["Z"]},
+    "motion": {"unit": "render_pixels", "channels": ["X", "Y"]},
+    "frames": [{"color": "c.exr", "jitter": [0.0, 0.25], "reset": True, "exposure": 2, "render_size": [8, 4], "reactive": "r.png",
+                "transparency": "t.png", "opaque_color": "o.exr", "ui": "u.png", "reference": "ref.exr",
+                "camera": {"view": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],
+                           "projection": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -0.1, 0, 0, -1, 0], "near": 0.1, "far": None,
+                           "fov_y": 1}}],
+}).encode())
+nss_frame = {"CameraNearPlane": 0.1, "CameraFarPlane": -1, "NormalizedPerRatioJitter": [{"X": 0.01, "Y": 0.02}], "Exposure": 2}
+write("sequence", "nss", json.dumps({"EmulatedFramerate": 30, "ReverseZ": True, "UpscalingRatiosIndices": {"x2_index": 0},
+                                     "Frames": [nss_frame, {**nss_frame, "CameraCut": True}]}).encode())
+
 # share_stream_packet of a 16x8 stream with colour in 3 bytes, then share_frame_header: host/share/wire.h.
 head = struct.pack("4I", 0x53524C43, 2, 2, 328)
 resources = struct.pack("4IQ", 0, 3, 16, 8, 0) + bytes(9 * 24)
@@ -77,8 +90,20 @@ fields = struct.pack("7I3f4IQQ", 3, 0, 0, 0, 0, 0, 0, 1, 1, 2, 0, 0, 0, 0, 0, 0)
 frame = struct.pack("3Q2I9f2I32fI", 0, 0, 0, 16, 8, 0, 0, 1, 0.1, 100, 1, 0.016, 1, 1, 0, 0, *[0] * 32, 0)
 write("share", "color", head + resources + fields + frame)
 
-for name, options in {"rgb.png": ["-d", "uint8"], "rgb16.png": ["-d", "uint16"], "half.exr": ["-d", "half", "--compression", "zip"],
-                      "piz.exr": ["-d", "float", "--compression", "piz"]}.items():
-    (seeds / "image").mkdir(parents=True, exist_ok=True)
-    subprocess.run([shutil.which("oiiotool") or "oiiotool", "--pattern", "fill:topleft=0,.5,1:bottomright=1,0,.2", "8x6", "3",
-                    *options, "-o", str(seeds / "image" / name)], check=True)
+
+
+def draw(*arguments):
+    """oiiotool into seeds/image, without its words of itself and of the path."""
+    folder = seeds / "image"
+    folder.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["oiiotool", "--nosoftwareattrib", *arguments], cwd=folder, check=True)
+
+
+picture = ["--pattern", "fill:topleft=0,.5,1:bottomright=1,0,.2", "8x6"]
+draw(*picture, "3", "-d", "uint8", "-o", "rgb.png")
+draw(*picture, "3", "-d", "uint16", "-o", "rgb16.png")
+draw(*picture, "3", "-d", "half", "--compression", "zip", "-o", "half.exr")
+draw(*picture, "3", "-d", "float", "--compression", "piz", "-o", "piz.exr")
+draw(*picture, "7", "--chnames", "R,G,B,A,depth.Z,forward.u,forward.v", "-d", "half", "-o", "layers.exr")
+draw(*picture, "4", "--chnames", "R,G,B,A", "--attrib", "oiio:subimagename", "rgba",
+     *picture, "1", "--chnames", "Z", "--attrib", "oiio:subimagename", "depth", "--siappend", "-d", "float", "-o", "parts.exr")
