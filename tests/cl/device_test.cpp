@@ -63,7 +63,7 @@ TEST_SUITE("small") {
         const std::string command =
             std::filesystem::read_symlink("/proc/self/exe").string() +
             " --test-case='a process whose threads open its first device all at once' >/dev/null";
-        for (int i = 0; i < 5; ++i) CHECK(std::system(command.c_str()) == 0);
+        for (int i = 0; i < 15; ++i) CHECK(std::system(command.c_str()) == 0);
     }
 
     TEST_CASE("the device under test is in the list") {

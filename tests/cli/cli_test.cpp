@@ -695,7 +695,7 @@ TEST_CASE("an image that ends early ends the run at its frame") {
 TEST_CASE("frames before one that is broken are there, wherever it is") {
     const Workplace whole;
     REQUIRE(whole.upscale("bicubic").exit_code == 0);
-    for (const size_t broken : {1, 3}) {
+    for (const size_t broken : {1, 2, 3}) {
         const Workplace place;
         const fs::path damaged = place.sequence() / fmt::format("color/{:04}.png", broken);
         fs::resize_file(damaged, fs::file_size(damaged) * 2 / 3);
@@ -704,6 +704,39 @@ TEST_CASE("frames before one that is broken are there, wherever it is") {
         CHECK(outputs.size() == broken);
         for (const std::string& name : outputs)
             CHECK(io::read_file(place.output() / name) == io::read_file(whole.output() / name));
+    }
+}
+
+TEST_CASE("what is wrong with a picture is said by us alone, in a line") {
+    const Workplace place;
+    const fs::path damaged = place.sequence() / "color/0001.png";
+    std::string bytes = io::read_file(damaged);
+    for (const size_t part : {2, 3, 5}) {
+        std::string wrong = bytes;
+        wrong[wrong.size() / part] ^= 0x55;
+        place.write("sequence/color/0001.png", wrong);
+        const Outcome outcome = place.upscale("bicubic");
+        CHECK(outcome.exit_code == 1);
+        CHECK_MESSAGE(outcome.err.starts_with("clarus: error: cannot read image"), outcome.err);
+        CHECK_MESSAGE(contains(outcome.err, "does not have its checksum"), outcome.err);
+        CHECK_MESSAGE(std::ranges::count(outcome.err, '\n') == 1, outcome.err);
+    }
+}
+
+TEST_CASE("without a home there is no cache, and the working folder's is not used") {
+    const Workplace place;
+    const std::vector<std::string> command{"upscale",  place.sequence().string(), "--model",  "bicubic",
+                                           "--output", place.output().string(),   "--device", test_selector()};
+    fs::create_directories(place / "clarus/programs");
+    const std::string without =
+        fmt::format("cd '{}' && env -u XDG_CACHE_HOME -u CLARUS_CACHE_DIR", (place / "").string());
+    for (const char* home : {"HOME=relative", "HOME=relative XDG_CACHE_HOME=relative"}) {
+        const Outcome outcome = run_tool_after(fmt::format("{} {}", without, home), command);
+        CHECK_MESSAGE(outcome.exit_code == 0, outcome.err);
+        CHECK(fs::is_empty(place / "clarus/programs"));
+        CHECK_FALSE(fs::exists(place / "relative/clarus"));
+        CHECK_FALSE(fs::exists(place / "relative/.cache/clarus"));
+        fs::remove_all(place.output());
     }
 }
 
@@ -716,6 +749,10 @@ TEST_CASE("what is printed and does not arrive is a failure") {
         {"upscale", "--help"},
         {"compare", place.output().string(), place.sequence().string(), "--json"},
         {"compare", place.output().string(), place.sequence().string(), "--csv"},
+        {"devices"},
+        {"model", "bicubic"},
+        {"report", place.output().string(), "--sequence", place.sequence().string(), "-o",
+         (place / "page.html").string()},
         {"upscale", place.sequence().string(), "--model", "bicubic", "--output", place.output().string(), "--device",
          test_selector()}};
     for (const std::vector<std::string>& command : commands) {
@@ -736,6 +773,12 @@ TEST_CASE("names do not command a terminal") {
     CHECK(error.exit_code == 1);
     CHECK_FALSE(contains(error.err, "\033"));
     CHECK_MESSAGE(contains(error.err, "\\x1b]0;owned\\x07"), error.err);
+    for (const std::vector<std::string>& wrong : {std::vector<std::string>{name}, {"--bits", name}}) {
+        const Outcome usage = place.upscale("bicubic", wrong);
+        CHECK(usage.exit_code == 2);
+        CHECK_FALSE(contains(usage.err, "\033"));
+        CHECK_MESSAGE(contains(usage.err, "owned"), usage.err);
+    }
 
     REQUIRE(place.upscale("bicubic").exit_code == 0);
     for (const char* other : {"one", "other"}) fs::copy(place.output(), place / (name + other));
@@ -776,12 +819,15 @@ TEST_CASE("runs into one folder at a time do not meet, and one that is ended lea
     for (const auto& program : programs) CHECK_MESSAGE(program->result() == 0, program->errors());
     for (const std::string& name : place.outputs()) CHECK(fs::path(name).extension() == ".png");
 
-    for (int attempt = 0; attempt < 3; ++attempt) {
+    size_t pictures = 3;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGINT, SIGTERM, SIGHUP}) {
+        CAPTURE(signal);
         fs::remove_all(place.output());
         clarus::test::Program program(CLARUS_TOOL, command);
-        for (int i = 0; i < 6000 && place.outputs().size() < size_t(3 + attempt); ++i)
+        for (int i = 0; i < 6000 && place.outputs().size() < pictures; ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        program.interrupt();
+        ++pictures;
+        program.interrupt(signal);
         program.ended();
         for (const std::string& name : without_state(place.outputs())) CHECK(fs::path(name).extension() == ".png");
     }

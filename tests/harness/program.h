@@ -33,7 +33,7 @@ class Program {
     void kill() { process_.kill(); }
     /// False where it had ended by itself; `result` then says how.
     bool kill_unless_ended() { return process_.kill_unless_ended(); }
-    void interrupt() const { process_.signal(SIGINT); }
+    void interrupt(int signal = SIGINT) const { process_.signal(signal); }
 
   private:
     int run(const std::string& file, const std::vector<std::string>& arguments) const {

@@ -127,6 +127,31 @@ class BenchCommand(unittest.TestCase):
         self.assertEqual(changes["items"][0]["frames_per_second"]["verdict"], "within the noise")
         self.assertEqual(changes["facts"], [{"what": "commit", "a": self.json["suite"]["commit"] or "", "b": "another"}])
 
+    def test_compare_whose_words_do_not_arrive_fails(self):
+        with open("/dev/full", "w") as full:
+            outcome = subprocess.run([TOOL, "bench", "compare", str(self.result), str(self.result)], stdout=full,
+                                     stderr=subprocess.PIPE, text=True)
+        self.assertEqual(outcome.returncode, 1)
+        self.assertIn("cannot write to standard output", outcome.stderr)
+
+    def test_what_nests_without_end_is_refused(self):
+        deep = self.folder / "deep.json"
+        deep.write_text('{"schema": ' + "[" * 200_000)
+        outcome = run("compare", str(deep), str(self.result))
+        self.assertEqual(outcome.returncode, 1, outcome.stderr)
+        self.assertIn("deep.json", outcome.stderr)
+
+    def test_ten_streams_on_one_device_all_get_their_turns(self):
+        outcome = run("placement", "--devices", DEVICE, "--model", "bicubic", "--size", "64x36", "--turns", "3",
+                      "--streams", "10")
+        self.assertEqual(outcome.returncode, 0, outcome.stderr)
+        *_, titles, row = outcome.stdout.splitlines()
+        self.assertIn("10 streams      fair", titles)
+        together, fair = map(float, row.split()[3:5])
+        self.assertGreater(together, 0)
+        # One after the other, the first would be done at a tenth of the last one's time.
+        self.assertGreater(fair, 0.2)
+
     def test_errors(self):
         nowhere = str(self.folder / "checks.json" / "result.json")
         for arguments, code, message in (
