@@ -69,18 +69,15 @@ bool are_numbers(const io::Pixels& image) {
     return true;
 }
 
-/// Headers of references, whose sizes are the sequence's where there is one.
-std::vector<io::ImageHeader> headers_of(std::span<const Reference> references) {
-    std::vector<io::ImageHeader> headers;
-    for (const Reference& reference : references) {
-        headers.push_back(io::read_image_header(reference.file));
-        if (!reference.sequence) continue;
-        const Size is = headers.back().size, expected = reference.sequence->output_size();
-        if (is != expected)
-            fail(ErrorKind::file, "{} has {}x{} pixels where the sequence has {}x{} for the reference",
-                 reference.file.string(), is.width, is.height, expected.width, expected.height);
-    }
-    return headers;
+/// A reference's size, which is the sequence's where there is one.
+Size size_of(const Reference& reference) {
+    const Size is = io::read_image_header(reference.file).size;
+    if (!reference.sequence) return is;
+    const Size expected = reference.sequence->output_size();
+    if (is != expected)
+        fail(ErrorKind::file, "{} has {}x{} pixels where the sequence has {}x{} for the reference",
+             reference.file.string(), is.width, is.height, expected.width, expected.height);
+    return is;
 }
 
 bool is_bicubic(const std::filesystem::path& folder) {
@@ -108,12 +105,17 @@ struct Measure {
 // One of the folders, measured frame by frame.
 class Result {
   public:
-    Result(const std::filesystem::path& folder, std::span<const Reference> references, bool with_vmaf)
-        : images_(io::images_in(folder)) {
+    Result(const std::filesystem::path& folder, bool with_vmaf) {
         if (with_vmaf) vmaf_ = std::make_unique<metrics::Vmaf>();
         compared_.folder = folder;
+    }
+
+    const std::filesystem::path& folder() const { return compared_.folder; }
+
+    void find(std::span<const Reference> references) {
+        images_ = io::images_in(folder());
         for (const Reference& reference : references)
-            compared_.files.push_back(require_image(images_, reference.name, folder));
+            compared_.files.push_back(require_image(images_, reference.name, folder()));
     }
 
     void add(const Measure& with) {
@@ -142,15 +144,13 @@ class Result {
         previous_ = std::move(pixels);
     }
 
-    /// Of every image, before any pixel is read: a small file may claim to be a large picture.
-    void check_sizes(std::span<const Reference> references, std::span<const io::ImageHeader> headers) const {
-        for (size_t i = 0; i < references.size(); ++i) {
-            const Size is = io::read_image_header(compared_.files[i]).size, expected = headers[i].size;
-            if (is != expected)
-                fail(ErrorKind::file, "{} against {}: {}x{} pixels cannot be compared with a reference of {}x{}",
-                     compared_.files[i].string(), references[i].file.string(), is.width, is.height, expected.width,
-                     expected.height);
-        }
+    /// Of an image, before any pixel is read: a small file may claim to be a large picture.
+    void check_size(size_t index, const Reference& reference, Size expected) const {
+        const Size is = io::read_image_header(compared_.files[index]).size;
+        if (is != expected)
+            fail(ErrorKind::file, "{} against {}: {}x{} pixels cannot be compared with a reference of {}x{}",
+                 compared_.files[index].string(), reference.file.string(), is.width, is.height, expected.width,
+                 expected.height);
     }
 
     void warn_of_colors() const {
@@ -163,18 +163,20 @@ class Result {
 
     const std::vector<metrics::FrameQuality>& frames() const { return compared_.frames; }
 
-    void compare_blocks(std::span<const metrics::FrameQuality> baseline) {
-        metrics::compare_blocks(compared_.frames, baseline);
+    void finish_vmaf() {
+        if (!vmaf_) return;
+        const std::vector<double> figures = vmaf_->finish();
+        for (size_t i = 0; i < figures.size(); ++i) compared_.frames[i].vmaf = figures[i];
+        vmaf_.reset();
     }
 
-    ComparedResult take() {
-        if (vmaf_) {
-            const std::vector<double> figures = vmaf_->finish();
-            for (size_t i = 0; i < figures.size(); ++i) compared_.frames[i].vmaf = figures[i];
-        }
-        compared_.quality = metrics::summarise(compared_.frames);
-        compared_.quality.pixel_std = pixel_std_.mean();
-        return std::move(compared_);
+    /// `baseline`: whose blocks are compared with; empty for none.
+    ComparedResult summary(std::span<const metrics::FrameQuality> baseline) const {
+        ComparedResult result = compared_;
+        if (!baseline.empty()) metrics::compare_blocks(result.frames, baseline);
+        result.quality = metrics::summarise(result.frames);
+        result.quality.pixel_std = pixel_std_.mean();
+        return result;
     }
 
     // Frames that --frames leaves out are not missed.
@@ -212,10 +214,14 @@ class Result {
 
 }  // namespace
 
-void ReferenceOptions::add_to(CLI::App& command) {
+void ReferenceOptions::add_reading_to(CLI::App& command) {
     sequence.add_to(command);
     command.add_option("--scale", scale, "The ratio of an NSS capture")->type_name("S");
     command.add_flag("--linear", linear, "With a folder: its images and the results are linear HDR");
+}
+
+void ReferenceOptions::add_to(CLI::App& command) {
+    add_reading_to(command);
     command.add_flag("--flip", flip,
                      "FLIP, too, by NVIDIA's flip-evaluator (PyPI), which the python3 in the path must have");
     command.add_flag("--lpips", lpips,
@@ -233,7 +239,7 @@ void ReferenceOptions::add_to(CLI::App& command) {
         ->type_name("FOLDER");
 }
 
-std::vector<Reference> read_references(const ReferenceOptions& options) {
+std::vector<Reference> read_frames(const ReferenceOptions& options) {
     std::vector<Reference> references;
     const std::filesystem::path& path = options.sequence.path;
     if (is_image_folder(options.sequence)) {
@@ -244,12 +250,20 @@ std::vector<Reference> read_references(const ReferenceOptions& options) {
         return references;
     }
     const auto sequence = std::make_shared<const io::Sequence>(options.sequence.read(options.scale));
+    const bool any =
+        std::ranges::any_of(sequence->frames, [](const io::FrameFiles& frame) { return !frame.reference.empty(); });
     for (size_t i = 0; i < sequence->frames.size(); ++i) {
         const io::FrameFiles& frame = sequence->frames[i];
-        if (!frame.reference.empty())
+        if (!any || !frame.reference.empty())
             references.push_back({frame.name, frame.reference, sequence->color_space, frame.exposure, i, sequence});
     }
-    if (references.empty()) fail(ErrorKind::file, "no frame of {} has a reference to compare with", path.string());
+    return references;
+}
+
+std::vector<Reference> read_references(const ReferenceOptions& options) {
+    std::vector<Reference> references = read_frames(options);
+    if (references.front().file.empty())
+        fail(ErrorKind::file, "no frame of {} has a reference to compare with", options.sequence.path.string());
     return references;
 }
 
@@ -280,63 +294,116 @@ std::vector<std::string> missing_figures(std::span<const std::filesystem::path> 
     return lines;
 }
 
-std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
-                                    std::span<const Reference> references, const ReferenceOptions& options,
-                                    const MasksSeen& see_masks) {
-    std::vector<Result> results;
-    for (const std::filesystem::path& folder : folders) results.emplace_back(folder, references, options.vmaf);
-    for (const Result& result : results) result.warn_of_unused(references, options.sequence);
-    const std::optional<std::filesystem::path> baseline_folder = baseline_of(folders, options);
-    std::optional<size_t> baseline;
-    if (baseline_folder) {
-        const auto same = [&](const std::filesystem::path& folder) { return is_same(folder, *baseline_folder); };
-        baseline = std::ranges::find_if(folders, same) - folders.begin();
-        if (*baseline == folders.size()) results.emplace_back(*baseline_folder, references, false);
-    }
-    const std::vector<io::ImageHeader> headers = headers_of(references);
-    for (const Result& result : results) result.check_sizes(references, headers);
-    std::optional<metrics::PythonMetric> flip, lpips;
-    if (options.flip) flip.emplace(metrics::flip_package);
-    if (options.lpips) lpips.emplace(metrics::lpips_package);
-
+struct Comparison::State {
     struct Expected {
         io::Pixels pixels;
         std::optional<io::GroundTruth> truth;
         metrics::StrredFrame strred;
-    } previous;
-    std::optional<metrics::MaskMaker> masks_of;
-    if (const auto& sequence = references.front().sequence) masks_of.emplace(sequence->output_scale());
-    Progress progress("comparing");
-    for (size_t i = 0; i < references.size(); ++i) {
-        const Reference& reference = references[i];
-        const io::Pixels image = io::read_image(reference.file);
-        Expected current{display_values(image, reference), ground_truth(reference), {}};
-        std::optional<io::Pixels> radiance;
-        if (reference.color_space == ColorSpace::linear)
-            radiance = metrics::exposed_radiance(image, reference.exposure);
-        const bool follows = i > 0 && reference.index == references[i - 1].index + 1;
-        std::optional<metrics::InterFrame> inter_frame;
-        const bool has_previous = follows && !is_cut(reference);
-        const bool knows_motion = has_previous && previous.truth && current.truth;
-        current.strred = metrics::strred_frame(current.pixels, has_previous ? &previous.strred : nullptr);
-        std::optional<metrics::Masks> masks;
-        if (current.truth) masks = masks_of->add(*current.truth, knows_motion);
-        if (masks && see_masks) see_masks(i, *masks);
-        if (knows_motion) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
-        const bool is_static = follows && current.pixels.values == previous.pixels.values;
-        for (Result& result : results)
-            result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static,
-                        current.strred, has_previous, flip, lpips});
-        previous = std::move(current);
-        progress.update(i + 1, references.size());
-    }
+    };
 
-    for (const Result& result : results) result.warn_of_colors();
-    for (size_t i = 0; baseline && i < folders.size(); ++i)
-        if (i != *baseline) results[i].compare_blocks(results[*baseline].frames());
+    ReferenceOptions options;
+    size_t asked;  // of the results: a baseline that is none of them is behind
+    std::vector<Result> results;
+    std::optional<size_t> baseline;
+    std::vector<Reference> references;
+    std::optional<metrics::PythonMetric> flip, lpips;
+    std::optional<metrics::MaskMaker> masks_of;
+    Expected previous;
+    size_t measured = 0;
+};
+
+Comparison::Comparison(std::span<const std::filesystem::path> folders, const ReferenceOptions& options)
+    : state_(std::make_unique<State>()) {
+    State& state = *state_;
+    state.options = options;
+    state.asked = folders.size();
+    for (const std::filesystem::path& folder : folders) state.results.emplace_back(folder, options.vmaf);
+    if (const auto baseline = baseline_of(folders, options)) {
+        const auto same = [&](const std::filesystem::path& folder) { return is_same(folder, *baseline); };
+        state.baseline = std::ranges::find_if(folders, same) - folders.begin();
+        if (*state.baseline == folders.size()) state.results.emplace_back(*baseline, false);
+    }
+    if (options.flip) state.flip.emplace(metrics::flip_package);
+    if (options.lpips) state.lpips.emplace(metrics::lpips_package);
+}
+
+Comparison::~Comparison() = default;
+
+void Comparison::add(std::span<const Reference> references) {
+    State& state = *state_;
+    if (references.empty()) return;
+    for (Result& result : state.results) result.find(references);
+    for (const Reference& reference : references) {
+        const Size size = size_of(reference);
+        for (const Result& result : state.results) result.check_size(state.references.size(), reference, size);
+        state.references.push_back(reference);
+    }
+    if (const auto& sequence = references.front().sequence; sequence && !state.masks_of)
+        state.masks_of.emplace(sequence->output_scale());
+}
+
+size_t Comparison::measured() const { return state_->measured; }
+
+void Comparison::measure_next(const MasksSeen& see_masks) {
+    State& state = *state_;
+    const size_t i = state.measured;
+    const Reference& reference = state.references.at(i);
+    const State::Expected& previous = state.previous;
+    const io::Pixels image = io::read_image(reference.file);
+    State::Expected current{display_values(image, reference), ground_truth(reference), {}};
+    std::optional<io::Pixels> radiance;
+    if (reference.color_space == ColorSpace::linear) radiance = metrics::exposed_radiance(image, reference.exposure);
+    const bool follows = i > 0 && reference.index == state.references[i - 1].index + 1;
+    std::optional<metrics::InterFrame> inter_frame;
+    const bool has_previous = follows && !is_cut(reference);
+    const bool knows_motion = has_previous && previous.truth && current.truth;
+    current.strred = metrics::strred_frame(current.pixels, has_previous ? &previous.strred : nullptr);
+    std::optional<metrics::Masks> masks;
+    if (current.truth) masks = state.masks_of->add(*current.truth, knows_motion);
+    if (masks && see_masks) see_masks(i, *masks);
+    if (knows_motion) inter_frame.emplace(previous.pixels, previous.truth->depth, current.pixels, *current.truth);
+    const bool is_static = follows && current.pixels.values == previous.pixels.values;
+    for (Result& result : state.results)
+        result.add({reference, current.pixels, radiance, inter_frame, masks ? &*masks : nullptr, is_static,
+                    current.strred, has_previous, state.flip, state.lpips});
+    state.previous = std::move(current);
+    ++state.measured;
+}
+
+void Comparison::warn_of_unused() const {
+    for (size_t i = 0; i < state_->asked; ++i)
+        state_->results[i].warn_of_unused(state_->references, state_->options.sequence);
+}
+
+void Comparison::warn_of_colors() const {
+    for (const Result& result : state_->results) result.warn_of_colors();
+}
+
+std::vector<ComparedResult> Comparison::results() {
     std::vector<ComparedResult> compared;
-    for (size_t i = 0; i < folders.size(); ++i) compared.push_back(results[i].take());
+    for (size_t i = 0; i < state_->asked; ++i) {
+        state_->results[i].finish_vmaf();
+        const bool has_baseline = state_->baseline && *state_->baseline != i;
+        compared.push_back(state_->results[i].summary(has_baseline
+                                                          ? std::span(state_->results[*state_->baseline].frames())
+                                                          : std::span<const metrics::FrameQuality>()));
+    }
     return compared;
+}
+
+std::vector<ComparedResult> compare(std::span<const std::filesystem::path> folders,
+                                    std::span<const Reference> references, const ReferenceOptions& options,
+                                    const MasksSeen& see_masks) {
+    Comparison comparison(folders, options);
+    comparison.add(references);
+    comparison.warn_of_unused();
+    Progress progress("comparing");
+    while (comparison.measured() < references.size()) {
+        comparison.measure_next(see_masks);
+        progress.update(comparison.measured(), references.size());
+    }
+    comparison.warn_of_colors();
+    return comparison.results();
 }
 
 nlohmann::ordered_json comparison_json(const ComparedResult& result, std::span<const Reference> references) {

@@ -24,13 +24,14 @@ struct ReferenceOptions {
     bool flip = false, lpips = false, vmaf = false;
     std::filesystem::path baseline;  // empty: the result that is bicubic's, where there is one
 
-    void add_to(CLI::App& command);  // but for the sequence's path
+    void add_to(CLI::App& command);          // but for the sequence's path
+    void add_reading_to(CLI::App& command);  // of those, what references are read by
 };
 
 /// A frame's reference.
 struct Reference {
     std::string name;
-    std::filesystem::path file;
+    std::filesystem::path file;  // empty where a sequence has none (read_frames)
     ColorSpace color_space = ColorSpace::srgb;
     float exposure = 1;
     size_t index = 0;                              // into the sequence's frames
@@ -39,6 +40,9 @@ struct Reference {
 
 /// Errors: file where there is none; those of SequenceOptions::read.
 std::vector<Reference> read_references(const ReferenceOptions& options);
+
+/// The same; of a sequence without any, all its frames, whose `file` is empty.
+std::vector<Reference> read_frames(const ReferenceOptions& options);
 
 /// Display values of an image that is to be compared with the reference.
 io::Pixels read_display(const std::filesystem::path& file, const Reference& reference);
@@ -61,6 +65,32 @@ std::vector<std::string> missing_figures(std::span<const std::filesystem::path> 
 
 /// Is given a frame's index into the references, and its masks.
 using MasksSeen = std::function<void(size_t, const metrics::Masks&)>;
+
+/// Results against references, frame by frame: what there is of them may grow meanwhile.
+class Comparison {
+  public:
+    /// Of these folders. Errors: where a metric that is asked for cannot be had.
+    Comparison(std::span<const std::filesystem::path> folders, const ReferenceOptions& options);
+    ~Comparison();
+    Comparison(const Comparison&) = delete;
+    Comparison& operator=(const Comparison&) = delete;
+
+    /// Further references, after those before, of which every folder has the image. Errors: compare's.
+    void add(std::span<const Reference> references);
+    /// How many are measured, of those that were added.
+    size_t measured() const;
+    /// Measures the next one, which must have been added; shows its masks. Errors: compare's.
+    void measure_next(const MasksSeen& see_masks = {});
+    /// Warns of images that no reference was added for, and of colours that are not numbers.
+    void warn_of_unused() const;
+    void warn_of_colors() const;
+    /// Of the frames that are measured, in the order of folders; `files` are of all. With VMAF once, after the last.
+    std::vector<ComparedResult> results();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 /// Every figure that the references allow, of all results together; warns of images without a reference. Masks are
 /// shown to who wants to see them. Errors: file, naming the image that is missing or does not fit.

@@ -2,7 +2,10 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace clarus::cli {
 
@@ -16,5 +19,11 @@ std::string name_before(const std::string& frame);
 
 /// The last part of a path, however it was given: with a slash behind it, as ".".
 std::string name_of(const std::filesystem::path& path);
+
+/// Those of several; whole paths where they are not enough to tell them apart.
+std::vector<std::string> names_of(std::span<const std::filesystem::path> paths);
+
+/// What `clarus upscale --view` left in a result's folder: a folder a view.
+std::set<std::filesystem::path> view_folders(const std::filesystem::path& result);
 
 }  // namespace clarus::cli

@@ -73,6 +73,7 @@ int run(int argc, char** argv) {
     clarus::cli::add_compare_command(app);
     clarus::cli::add_check_command(app);
     clarus::cli::add_report_command(app);
+    clarus::cli::add_view_command(app);
     clarus::cli::add_render_command(app);
     clarus::cli::add_devices_command(app);
     clarus::cli::add_models_command(app);

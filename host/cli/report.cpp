@@ -1,10 +1,8 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -45,24 +43,6 @@ struct ReportOptions {
     fs::path output = "report.html";
 };
 
-/// Folders' or files' last parts; whole paths where those are not enough to tell them apart.
-std::vector<std::string> names_of(std::span<const fs::path> paths) {
-    std::vector<std::string> names;
-    for (const fs::path& path : paths) names.push_back(name_of(path));
-    if (std::set(names.begin(), names.end()).size() < names.size())
-        for (size_t i = 0; i < names.size(); ++i) names[i] = paths[i].string();
-    return names;
-}
-
-/// What `clarus upscale --view` left in a result's folder: a folder a view.
-std::set<fs::path> view_folders(const fs::path& result) {
-    std::error_code none;
-    std::set<fs::path> folders;
-    for (const auto& entry : fs::directory_iterator(result / "views", none))
-        if (entry.is_directory()) folders.insert(entry.path());
-    return folders;
-}
-
 void add_views(const ComparedResult& result, const std::string& name, const Pictures& pictures,
                std::span<const Reference> references, Json& sources) {
     for (const fs::path& folder : view_folders(result.folder)) {
@@ -96,7 +76,7 @@ void refuse_overwriting_inputs(const ReportOptions& options, std::span<const Ref
 }
 
 void add_results(const ReportOptions& options, std::span<const Reference> references, Json& data) {
-    const Pictures pictures(references, options.pictures, options.lossless);
+    const Pictures pictures(references, evenly_spaced(references.size(), options.pictures), options.lossless);
     MaskPictures masks(pictures.indices(), io::read_image_header(references.front().file).size);
     const std::vector<ComparedResult> results =
         compare(options.results, references, options.reference,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -14,11 +15,36 @@
 
 namespace clarus::cli {
 
-/// The page's pictures of some of a sequence's frames (report/page.h): at most so many, evenly spaced.
+/// At most `most` of so many frames, evenly spaced, with the first and the last.
+std::vector<size_t> evenly_spaced(size_t count, size_t most);
+
+/// At most `most`, from 2 on, of frames that become more: the first, the last, and between them those that stay the
+/// same ones for as long as they can.
+std::vector<size_t> steadily_spaced(size_t count, size_t most);
+
+/// Encoded pictures of files, for pages that are made again and again: what one page does not ask for, the next has
+/// not.
+class PictureCache {
+  public:
+    struct Picture {
+        Size size;
+        std::string url;
+    };
+    /// The picture of this key, made where it is not there.
+    const Picture& find(const std::string& key, const std::function<Picture()>& make);
+    /// Before the next page: lets go what was not asked for since the last time.
+    void age();
+
+  private:
+    std::map<std::string, Picture> recent_, older_;
+};
+
+/// The page's pictures of some of a sequence's frames (report/page.h).
 class Pictures {
   public:
-    /// `references` must outlive this.
-    Pictures(std::span<const Reference> references, size_t most, bool lossless);
+    /// Of frames by their index. `references` and `cache`, which may be null, must outlive this.
+    Pictures(std::span<const Reference> references, std::vector<size_t> indices, bool lossless,
+             PictureCache* cache = nullptr);
 
     /// Of the pictured frames, into the references.
     const std::vector<size_t>& indices() const { return indices_; }
@@ -33,6 +59,7 @@ class Pictures {
     std::span<const Reference> references_;
     std::vector<size_t> indices_;
     std::filesystem::path name_;
+    PictureCache* cache_;
 };
 
 /// The masks of pictured frames, those of one kind together; white inside. Kinds without a pixel, or without a mask of
@@ -55,7 +82,7 @@ class MaskPictures {
 };
 
 /// The blocks of pictured frames that are worst, from the worst on: {"picture": index into the pictured, "x", "y": of
-/// the block's first pixel, "psnr"}.
+/// the block's first pixel, "psnr"}. Frames that are not measured have none.
 nlohmann::ordered_json worst_places(const ComparedResult& result, std::span<const size_t> pictured);
 
 }  // namespace clarus::cli

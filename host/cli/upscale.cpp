@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -38,7 +39,10 @@
 #include "cli/sequence_options.h"
 #include "cli/trace.h"
 #include "cli/video_output.h"
+#include "cli/video_source.h"
+#include "io/described.h"
 #include "io/frames.h"
+#include "io/video_reader.h"
 
 namespace clarus::cli {
 namespace {
@@ -115,6 +119,32 @@ bool keeps_alpha(const UpscaleOptions& options, const OutputTarget& target, bool
         "the results are written without the alpha of the sequence's colour: {}; with --alpha drop nothing is said",
         without);
     return false;
+}
+
+/// None where a sequence of files is given. Errors: open_video's; invalid_argument for what needs a sequence of files.
+std::unique_ptr<io::VideoReader> open_video_input(const UpscaleOptions& options) {
+    const std::filesystem::path& path = options.sequence.path;
+    if (options.sequence.layout != io::Layout::guess || !io::is_video_input(path)) return nullptr;
+    if (options.resume || options.save_every)
+        fail(ErrorKind::invalid_argument,
+             "{}: no state of a run over a video is kept; leave {} out, and go on with --frames A:, where A is the "
+             "first frame that is missing",
+             path.string(), options.resume ? "--resume" : "--save-every");
+    return io::open_video(path);
+}
+
+/// What check_sequence tells of files. Errors: check_described's.
+io::ColorFiles colors_of(const io::Sequence& sequence, const io::VideoFacts& facts, bool needs_depth,
+                         bool needs_motion) {
+    io::check_described(sequence, needs_depth, needs_motion);
+    return {.has_alpha = false, .type = facts.bits > 8 ? io::SampleType::u16 : io::SampleType::u8};
+}
+
+/// The state of an earlier run into the folder, whose pictures are about to be replaced. Errors: file.
+void forget_run(const std::filesystem::path& state_file) {
+    std::error_code error;
+    std::filesystem::remove(state_file, error);
+    if (error) fail(ErrorKind::file, "cannot remove {}: {}", state_file.string(), error.message());
 }
 
 /// Rules name the upscaler's stages.
@@ -196,9 +226,14 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
 
 void upscale(const UpscaleOptions& options) {
     Model found = find_model(options.wish);
+    std::unique_ptr<io::VideoReader> reader = open_video_input(options);
+    const bool is_video = reader != nullptr;
     // What a part of it is run with is what all of it would be.
-    const io::Sequence whole = options.sequence.read_whole(found.scale());
-    const size_t end = options.sequence.frames.checked_end(whole.frames.size(), options.sequence.path);
+    const io::Sequence whole = is_video ? sequence_of(options.sequence.path, reader->facts(), found.scale())
+                                        : options.sequence.read_whole(found.scale());
+    // A video's one frame stands for all: those that are asked for are its source's.
+    const FrameRange range = is_video ? FrameRange{} : options.sequence.frames;
+    const size_t end = range.checked_end(whole.frames.size(), options.sequence.path);
     const auto [model, output_size] = choose_model(std::move(found), options.wish, whole, whole.is_dynamic(),
                                                    "the sequence " + options.sequence.path.string());
     const OutputTarget target = output_target(options.output, false);
@@ -232,9 +267,9 @@ void upscale(const UpscaleOptions& options) {
 
     const std::filesystem::path state_file = run_state_file(target.folder);
     const char* const extension = format == Format::exr ? ".exr" : ".png";
-    const size_t asked = options.sequence.frames.first;
+    const size_t asked = range.first;
     const RunFrames run = options.resume
-                              ? resumed_frames(options.sequence.frames, whole, options.sequence.path, state_file,
+                              ? resumed_frames(range, whole, options.sequence.path, state_file,
                                                [&](const std::string& name) {
                                                    return is_regular_file(target.folder / (name + extension));
                                                })
@@ -253,8 +288,10 @@ void upscale(const UpscaleOptions& options) {
     io::Sequence sequence = whole;
     FrameRange{run.begin, run.end}.cut(sequence.frames, options.sequence.path);
 
-    const io::ColorFiles colors =
-        io::check_sequence(sequence, interpolator || upscaler.needs_depth(), interpolator || upscaler.needs_motion());
+    const bool needs_depth = interpolator || upscaler.needs_depth();
+    const bool needs_motion = interpolator || upscaler.needs_motion();
+    const io::ColorFiles colors = is_video ? colors_of(sequence, reader->facts(), needs_depth, needs_motion)
+                                           : io::check_sequence(sequence, needs_depth, needs_motion);
     std::optional<AlphaUpscaler> alpha;
     if (keeps_alpha(options, target, colors.has_alpha)) alpha.emplace(device, upscaler, model, settings);
     const io::SampleType type = output_type(bits, format, target, colors.type);
@@ -264,7 +301,7 @@ void upscale(const UpscaleOptions& options) {
     if (target.is_video()) video.emplace(target);
     OutputFolders folders;  // which go after what lies in them
     std::optional<Checkpoints> checkpoints;
-    if (!video)
+    if (!video && !is_video)
         checkpoints.emplace(Run{state_file, settings_of_run(type), whole, run.first, run.begin}, upscaler,
                             interpolator ? &*interpolator : nullptr, options.save_every);
     const FrameOutput output{target.folder,
@@ -295,6 +332,9 @@ void upscale(const UpscaleOptions& options) {
         fmt::print("resampling {}x{} to {}x{}{}\n", made.width, made.height, upscaler.output_size().width,
                    upscaler.output_size().height, options.wish.output_size ? "" : ", the output_size of the sequence");
 
+    if (is_video && reader->facts().has_audio)
+        fmt::print("{}: its sound is not carried over\n", options.sequence.path.string());
+
     std::future<void> watch;
     if (upscaler.needs_motion() && !options.no_check)
         watch = watch_conventions(sequence, options.sequence.path.string());
@@ -310,6 +350,8 @@ void upscale(const UpscaleOptions& options) {
         restore_run(state_file, *run.state, upscaler, interpolator ? &*interpolator : nullptr);
     else if (checkpoints)
         checkpoints->start_over();
+    else if (is_video && !video)
+        forget_run(state_file);
     if (options.explain_placement) print_placement(upscaler, device);
 
     Trace trace(!options.trace.empty());
@@ -317,14 +359,18 @@ void upscale(const UpscaleOptions& options) {
     std::vector<FrameResult> frames;
     {
         const size_t under_way = frames_under_way(upscaler, output);
-        SequenceSource source(sequence, interpolator || upscaler.needs_depth() || upscaler.needs_motion(),
-                              output.measure, under_way);
+        const auto pictures =
+            is_video ? std::make_unique<VideoSource>(std::move(reader), sequence, options.sequence.frames) : nullptr;
+        const auto files = is_video ? nullptr
+                                    : std::make_unique<SequenceSource>(sequence, needs_depth || needs_motion,
+                                                                       output.measure, under_way);
+        FrameSource& source = is_video ? static_cast<FrameSource&>(*pictures) : *files;
         const std::shared_ptr<Upscaler> only(std::shared_ptr<void>(), &upscaler);  // which it does not own
         Progress progress("upscaling");
         const auto finished = [&](FrameResult frame) {
             frames.push_back(std::move(frame));
             if (checkpoints) checkpoints->written(frames.size());
-            progress.update(frames.size(), sequence.frames.size());
+            progress.update(frames.size(), pictures ? pictures->frames() : sequence.frames.size());
         };
         const Interrupt interrupt;  // which would leave pictures whole, but no video, and no state of the run
         if (video)
@@ -340,7 +386,10 @@ void upscale(const UpscaleOptions& options) {
             throw;
         }
         if (video) video->finish();
-        if (Interrupt::came() && frames.size() < sequence.frames.size()) {
+        if (pictures && Interrupt::came() && !pictures->is_over())
+            fail(ErrorKind::file, "interrupted: {} has {} frames of {}", options.output, frames.size(),
+                 options.sequence.path.string());
+        if (!pictures && Interrupt::came() && frames.size() < sequence.frames.size()) {
             if (video)
                 fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(),
                      frames.size(), sequence.frames.size());
@@ -377,7 +426,7 @@ void upscale(const UpscaleOptions& options) {
     if (!options.report.empty()) report.write_json(options.report);
     if (!options.trace.empty()) {
         std::vector<std::string> names;
-        for (const io::FrameFiles& frame : sequence.frames) names.push_back(frame.name);
+        for (const FrameResult& frame : report.frames) names.push_back(frame.name);
         trace.add_device_spans(report.stages, report.devices, names);
         trace.write(options.trace);
     }
@@ -390,7 +439,9 @@ void add_upscale_command(CLI::App& app) {
     const auto options = std::make_shared<UpscaleOptions>();
     command
         .add_option("SEQUENCE", options->sequence.path,
-                    "The sequence's folder or JSON. For models that need colour alone, also a folder of images, or one")
+                    "The sequence's folder or JSON. For models that need colour alone, also a folder of images, one "
+                    "image, or a "
+                    "video (.mp4, .m4v, .mov, .mkv, .webm, .avi)")
         ->required();
     command.add_option("--model", options->wish.model, "A shipped model's or filter's name (clarus models), or a file")
         ->required();
@@ -504,6 +555,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --resume\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
         "  clarus upscale photo.png --model espcn-x2 --output upscaled\n"
+        "  clarus upscale clip.mp4 --model espcn-x2 --output larger.mp4\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"cpu/1, cpu/1=dsp\" "
         "--place \"*convolution*=dsp\"");

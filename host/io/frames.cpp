@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "io/decode.h"
+#include "io/described.h"
 #include "io/qrisp.h"
 
 namespace clarus::io {
@@ -88,14 +89,7 @@ Pixels read_optional(const char* key, const Sequence& sequence, const FrameFiles
 }  // namespace
 
 ColorFiles check_sequence(const Sequence& sequence, bool needs_depth, bool needs_motion) {
-    if (!sequence.is_described && (needs_depth || needs_motion))
-        fail(ErrorKind::file,
-             "{}: images alone lack {} and jitter, which the model needs; describe them in a sequence.json "
-             "(docs/formats.md), or take a model that needs colour alone, such as srpo-x2, espcn-x2 or bicubic",
-             sequence.frames.size() == 1 ? sequence.frames.front().color.string() : sequence.folder.string(),
-             !needs_motion  ? "depth"
-             : !needs_depth ? "motion"
-                            : "depth, motion");
+    check_described(sequence, needs_depth, needs_motion);
     ColorFiles colors;
     for (const FrameFiles& frame : sequence.frames) {
         const bool lacks_depth = needs_depth && frame.depth.empty();

@@ -5,6 +5,7 @@
 #include "io/output_layout.h"
 #include "io/qrisp.h"
 #include "io/sequence.h"
+#include "io/video_reader.h"
 
 // Apart from what a sequence is: the library knows that, and reads none.
 
@@ -17,6 +18,12 @@ Layout guess(const std::filesystem::path& path) {
     if (path.extension() == ".json" && is_directory(path.parent_path() / "ground_truth")) return Layout::nss;
     if (path.extension() == ".json" && is_regular_file(path) && looks_native(path)) return Layout::native;
     if (holds_images(path)) return Layout::images;
+    if (exists(path) && is_video_input(path))
+        fail(
+            ErrorKind::file,
+            "{} is a video, which `clarus upscale` alone reads; elsewhere name a folder of its pictures (`ffmpeg -i {} "
+            "pictures/%04d.png`)",
+            path.string(), path.string());
     if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
     fail(ErrorKind::file,
          "cannot tell the layout of the sequence {}: name it (native: a folder with sequence.json; qrisp: "

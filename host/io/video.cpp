@@ -8,8 +8,6 @@
 #include "io/video_module.h"
 
 namespace clarus::io {
-namespace {
-
 const VideoModule& video_module() {
     if (!CLARUS_VIDEO)
         fail(ErrorKind::invalid_argument,
@@ -18,6 +16,8 @@ const VideoModule& video_module() {
     static const VideoModule& module = module_function<const VideoModule&()>("clarus_video", "clarus_video")();
     return module;
 }
+
+namespace {
 
 /// Has its name when it is finished.
 class FinishedVideo : public VideoWriter {

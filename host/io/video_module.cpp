@@ -1,9 +1,4 @@
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/opt.h>
-#include <libswscale/swscale.h>
-}
+#include "io/video_module.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +11,8 @@ extern "C" {
 #include <vector>
 
 #include "base/error.h"
-#include "io/video_module.h"
+#include "io/decoder.h"
+#include "io/ffmpeg.h"
 
 namespace clarus::io {
 namespace {
@@ -27,42 +23,12 @@ constexpr int kFileCrf = 18, kWebmCrf = 24, kStreamCrf = 23;
 // AV_PIX_FMT_YUV420P counts chroma in pairs of pixels.
 int even(int side) { return (side + 1) / 2 * 2; }
 
-struct Free {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-    void operator()(AVFormatContext* format) const { avformat_free_context(format); }
-    void operator()(SwsContext* context) const { sws_freeContext(context); }
-};
-template <typename Type>
-using Owned = std::unique_ptr<Type, Free>;
-
-std::string words_of(int error) {
-    std::array<char, AV_ERROR_MAX_STRING_SIZE> words{};
-    return av_make_error_string(words.data(), words.size(), error);
-}
-
-// Options by name, as FFmpeg's tools know them.
-class Options {
-  public:
-    Options(std::initializer_list<std::pair<const char*, std::string>> options) {
-        for (const auto& [name, value] : options) av_dict_set(&options_, name, value.c_str(), 0);
-    }
-    ~Options() { av_dict_free(&options_); }
-    Options(const Options&) = delete;
-    Options& operator=(const Options&) = delete;
-    AVDictionary** get() { return &options_; }
-
-  private:
-    AVDictionary* options_ = nullptr;
-};
-
 // Encodes pictures and hands the packets to a muxer, whose output is its user's.
 class Encoder {
   public:
     /// `name` of the output, for messages.
     Encoder(std::string name, const char* container, const char* encoder, const VideoSettings& settings,
-            Options& options, bool is_live)
+            FfmpegOptions& options, bool is_live)
         : name_(std::move(name)),
           size_(settings.size),
           frame_(av_frame_alloc()),
@@ -88,7 +54,7 @@ class Encoder {
     AVFormatContext& format() { return *format_; }
     const std::string& name() const { return name_; }
 
-    void write_header(Options& options) { check(avformat_write_header(format_.get(), options.get())); }
+    void write_header(FfmpegOptions& options) { check(avformat_write_header(format_.get(), options.get())); }
 
     void convert(const Pixels& pixels) {
         if (pixels.size != size_)
@@ -206,8 +172,8 @@ class VideoFile : public VideoWriter {
               const VideoSettings& settings) {
         const bool is_webm = path.extension() == ".webm", is_mp4 = path.extension() == ".mp4";
         const std::string crf = std::to_string(settings.crf.value_or(is_webm ? kWebmCrf : kFileCrf));
-        Options webm{{"crf", crf}, {"b", "0"}, {"deadline", "good"}, {"cpu-used", "4"}, {"row-mt", "1"}};
-        Options h264{{"crf", crf}, {"preset", "medium"}};
+        FfmpegOptions webm{{"crf", crf}, {"b", "0"}, {"deadline", "good"}, {"cpu-used", "4"}, {"row-mt", "1"}};
+        FfmpegOptions h264{{"crf", crf}, {"preset", "medium"}};
         encoder_ =
             std::make_unique<Encoder>(path.string(),
                                       is_webm  ? "webm"
@@ -218,7 +184,7 @@ class VideoFile : public VideoWriter {
         encoder_->check(avio_open(&encoder_->format().pb, ("file:" + unfinished.string()).c_str(), AVIO_FLAG_WRITE));
         is_open_ = true;
         try {
-            Options none{};
+            FfmpegOptions none{};
             encoder_->write_header(none);
         } catch (...) {
             give_up();
@@ -258,9 +224,9 @@ class VideoFile : public VideoWriter {
 class VideoStream : public VideoWriter {
   public:
     VideoStream(const VideoSettings& settings, TakeFragment take) : take_(std::move(take)) {
-        Options options{{"crf", std::to_string(settings.crf.value_or(kStreamCrf))},
-                        {"preset", "veryfast"},
-                        {"tune", "zerolatency"}};
+        FfmpegOptions options{{"crf", std::to_string(settings.crf.value_or(kStreamCrf))},
+                              {"preset", "veryfast"},
+                              {"tune", "zerolatency"}};
         encoder_ = std::make_unique<Encoder>("the stream", "mp4", "libx264", settings, options, true);
         constexpr int buffer_bytes = 1 << 16;
         AVFormatContext& format = encoder_->format();
@@ -268,7 +234,7 @@ class VideoStream : public VideoWriter {
                                        nullptr, &VideoStream::collect, nullptr);
         format.flags |= AVFMT_FLAG_CUSTOM_IO;
         // The muxer ends a fragment where it is told to (frag_custom): otherwise it would wait for the next picture.
-        Options muxer{{"movflags", "empty_moov+default_base_moof+frag_custom"}, {"write_prft", "wallclock"}};
+        FfmpegOptions muxer{{"movflags", "empty_moov+default_base_moof+frag_custom"}, {"write_prft", "wallclock"}};
         try {
             encoder_->write_header(muxer);
             hand_over(false);
@@ -334,6 +300,7 @@ class Ffmpeg final : public VideoModule {
     std::unique_ptr<VideoWriter> stream(const VideoSettings& settings, TakeFragment take) const override {
         return std::make_unique<VideoStream>(settings, std::move(take));
     }
+    std::unique_ptr<VideoReader> open(const std::filesystem::path& path) const override { return decode_video(path); }
 };
 
 }  // namespace

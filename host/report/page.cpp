@@ -30,6 +30,15 @@ std::string script_safe(const nlohmann::ordered_json& data) {
     return text;
 }
 
+/// A page that is served may ask where it is from; one that is a file asks nothing.
+std::string part_of_page(std::string_view part, const nlohmann::ordered_json& data) {
+    const bool is_served = data.contains("version");
+    if (part == "data") return script_safe(data);
+    if (part == "policy") return is_served ? "; connect-src 'self'" : "";
+    if (part == "live") return is_served ? std::string(file("live.js")) : "";
+    return std::string(file(part));
+}
+
 }  // namespace
 
 std::string page(const nlohmann::ordered_json& data, std::string_view name) {
@@ -39,7 +48,7 @@ std::string page(const nlohmann::ordered_json& data, std::string_view name) {
         const size_t close = rest.find("}}", open);
         const std::string_view part = rest.substr(open + 2, close - open - 2);
         text += rest.substr(0, open);
-        text += part == "data" ? script_safe(data) : std::string(file(part));
+        text += part_of_page(part, data);
         rest.remove_prefix(close + 2);
     }
     return text.append(rest);

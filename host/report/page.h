@@ -6,8 +6,10 @@
 
 namespace clarus::report {
 
-/// One HTML file that shows the data and asks the network for nothing. All of these may be missing or empty:
+/// One HTML file that shows the data and asks the network for nothing, or nothing but its server (report/server.h). All
+/// of these may be missing or empty:
 ///   title     string: of what the report is
+///   version   string: of a page that is served, which asks for it to see whether there is another one
 ///   render_size, output_size  [width, height]
 ///   frames    [string]: names of all frames that were compared
 ///   lossless  bool: of the pictures
@@ -23,7 +25,8 @@ namespace clarus::report {
 ///             how several devices shared a model, as `clarus bench placement` measured
 ///   benches   [{"name", "bench": as `clarus bench` writes}]
 ///
-/// `name`: "check.html" is the page of `clarus check`, whose data are those of cli/check_page.cpp.
+/// Frames of a result's quality may lack figures, where they are not measured yet. `name`: "check.html" is the page of
+/// `clarus check`, whose data are those of cli/check_page.cpp.
 std::string page(const nlohmann::ordered_json& data, std::string_view name = "page.html");
 
 }  // namespace clarus::report

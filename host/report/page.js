@@ -46,3 +46,4 @@ showTimeline(report);
 showRoofline(report);
 showDevices(report);
 showNavigation();
+if (report.version) follow(report);

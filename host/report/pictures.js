@@ -17,10 +17,10 @@ function showPictures(report) {
   const stage = $('stage'), canvas = $('canvas'), split = $('split');
   stage.style.setProperty('--aspect', width / height);
 
-  // Not the first: what gathers its picture over time has nothing yet there.
-  const middle = pictured.length >> 1;
+  // Not the first: what gathers its picture over time has nothing yet there. Of results that grow, the last.
+  const opening = report.version ? pictured.length - 1 : pictured.length >> 1;
   const whole = {zoom: 1, x: width / 2, y: height / 2, place: null};
-  const state = {left: 0, right: 0, frame: middle, split: 0.5, difference: false, mask: -1, ...whole};
+  const state = {left: 0, right: 0, frame: opening, split: 0.5, difference: false, mask: -1, ...whole};
   const results = sources.findLastIndex((source) => source.kind === 'result');
   state.left = Math.max(0, sources.findIndex((source) => source.kind === 'result'));
   state.right = results > state.left ? results : sources.length - 1;
@@ -205,6 +205,34 @@ function showPictures(report) {
     $('pictures').scrollIntoView();
   };
 
+  // What is looked at, by names: a page that comes after may have other frames and sources. Who looks at the last frame
+  // goes on doing so.
+  report.picture = () => {
+    const {left, right, frame, mask, ...rest} = state;
+    return {
+      ...rest,
+      left: sources[left].name,
+      right: sources[right].name,
+      mask: masks[mask]?.name,
+      frame: frame === pictured.length - 1 ? null : frames[pictured[frame]],
+    };
+  };
+  report.returnTo = ({left, right, frame, mask, ...rest}) => {
+    const sourceOf = (name, other) => {
+      const found = sources.findIndex((source) => source.name === name);
+      return found < 0 ? other : found;
+    };
+    const at = frames.indexOf(frame);
+    change({
+      ...rest,
+      left: sourceOf(left, state.left),
+      right: sourceOf(right, state.right),
+      mask: masks.findIndex(({name}) => name === mask),
+      frame: frame === null ? pictured.length - 1 : at < 0 ? state.frame : nearest(at),
+    });
+    report.frameShown?.(pictured[state.frame]);
+  };
+
   // The point of the picture that is under a point of the stage stays there.
   function zoomTo(zoom, fromX = stage.clientWidth / 2, fromY = stage.clientHeight / 2) {
     const next = Math.min(Math.max(zoom, 1), largestZoom);
@@ -338,6 +366,6 @@ function showPictures(report) {
       zoomTo(4, x, y);
   });
   new ResizeObserver(draw).observe(stage);
-  report.firstShown = pictured[middle];
+  report.firstShown = pictured[opening];
   update();
 }

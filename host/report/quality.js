@@ -134,10 +134,10 @@ function timesOf(report) {
 
 function showWhatToPick(report) {
   const {results = []} = report;
-  if (!results.length) return;
+  const figures = sequenceFigures.filter(({key}) => results.some(({quality}) => key in quality));
+  if (!figures.length) return;
   $('what-to-pick').hidden = false;
   const times = timesOf(report);
-  const figures = sequenceFigures.filter(({key}) => results.some(({quality}) => key in quality));
   const chosen = () => ({time: times[$('pick-time').value], figure: figures[$('pick-figure').value]});
   fill($('pick-time'), times);
   fill($('pick-figure'), figures.map(({heading}) => ({label: heading})));

@@ -6,12 +6,14 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import unittest
 
 from selenium import webdriver
+from selenium.common.exceptions import JavascriptException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions import interaction
@@ -686,6 +688,49 @@ class ReportPage(unittest.TestCase):
             self.assertGreater(len(contrasts), 50)
             self.assertEqual([each for each in contrasts if each[0] < 4.5], [], scheme)  # WCAG's AA for text
         self.assertNotEqual(backgrounds["light"], backgrounds["dark"])
+
+    def test_a_page_that_is_viewed_grows_at_the_same_place(self):
+        """clarus view: frames come while somebody looks at a frame, enlarged."""
+        growing = self.folder / "growing"
+        growing.mkdir()
+        images = sorted(self.results["bicubic"].glob("*.png"))
+        for image in images[:2]:
+            shutil.copy(image, growing)
+        command = [TOOL, "view", growing, "--sequence", self.sequence, "--pictures", "3"]
+        with subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, text=True) as view:
+            try:
+                self.browser.get(view.stdout.readline().split()[0])
+                figures = "return report.results[0].quality.frames.map(({name, psnr}) => psnr && name)"
+
+                def has(count):
+                    try:
+                        return self.script(figures) == [image.stem for image in images[:count]]
+                    except JavascriptException:  # the page comes anew
+                        return False
+
+                self.wait(lambda: has(2))
+                self.assertEqual(self.at("frame-name").text, images[1].stem)  # the last
+                shutil.copy(images[2], growing)
+                self.wait(lambda: has(3))
+                self.assertEqual(self.at("frame-name").text, images[2].stem)
+                self.choose("left", "input")
+                self.at("zoom-in").click()
+                self.press("[")
+                self.press(Keys.ARROW_LEFT)
+                kept = self.script("return report.picture()")
+                self.assertEqual((kept["frame"], kept["zoom"]), (images[1].stem, 2))
+                for image in images[3:]:
+                    shutil.copy(image, growing)
+                self.wait(lambda: has(5))
+                now = self.script("return report.picture()")
+                now["frame"] = kept["frame"] = None  # the nearest of those that are pictured
+                self.assertEqual(now, kept)
+                self.assertTrue(self.shown("over-time"))
+            finally:
+                view.send_signal(signal.SIGINT)
+        self.assertEqual(view.returncode, 0)
+        self.wait(lambda: "lost" in (self.at("subtitle").get_attribute("class") or ""))
+        self.browser.get_log("browser")  # which says that the server is gone
 
     def test_devices_alone(self):
         page = self.folder / "devices.html"

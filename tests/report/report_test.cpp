@@ -36,6 +36,13 @@ TEST_CASE("the report is one file") {
     CHECK(count(text, "{{") == 0);
 }
 
+TEST_CASE("a page that is served asks its server, and nobody else") {
+    const std::string text = page({{"results", nlohmann::ordered_json::array()}, {"version", "1"}});
+    CHECK(count(text, "connect-src 'self'") == 1);
+    CHECK(count(text, "fetch('version'") == 1);
+    CHECK(count(text, "{{") == 0);
+}
+
 TEST_CASE("the report takes names that are not UTF-8") {
     CHECK(count(page({{"title", "a\xff"}}), "a\xEF\xBF\xBD") == 1);
 }
