@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
-#include <numeric>
+#include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
+#include "pipelines/stack/flow.h"
 
 // A network of plain layers, told by its model file (pipelines/stack/README.md).
 namespace clarus::pipelines {
@@ -30,48 +32,10 @@ using io::JsonNode;
 
 constexpr int kMostChannels = 1 << 12, kLargestKernel = 31, kLargestScale = 8, kMostShrunk = 8,
               kLargestGrowth = kLargestScale * kMostShrunk;
+constexpr int kInput = -1;  // in the place of a layer's number
 constexpr size_t kMostLayers = 1 << 10;
+constexpr double kLargestBound = 1e30;    // of a clamp
 constexpr double kMostWeights = 1 << 26;  // of all layers together: several may have the same tensor
-
-/// What flows from layer to layer: an image, of which consecutive channels may be values of their own.
-class Flow {
-  public:
-    Flow(Graph& graph, Value image) : graph_(graph), parts_{image} {}
-
-    int channels() const {
-        return std::accumulate(parts_.begin(), parts_.end(), 0,
-                               [&](int sum, Value part) { return sum + graph_.shape(part).channels; });
-    }
-    const Shape& part_shape() const { return graph_.shape(parts_.front()); }
-
-    Value whole() {
-        if (parts_.size() > 1) parts_ = {graph_.concat(parts_)};
-        return parts_.front();
-    }
-    Value channels(int first, int count) {
-        int begin = 0;
-        for (const Value part : parts_) {
-            const int end = begin + graph_.shape(part).channels;
-            if (first >= begin && first + count <= end)
-                return count == end - begin ? part : graph_.slice(part, first - begin, count);
-            begin = end;
-        }
-        return graph_.slice(whole(), first, count);
-    }
-    void replace(Value image) { parts_ = {image}; }
-    void replace(int first, int count, Value image) {
-        const int rest = channels() - first - count;
-        std::vector<Value> parts;
-        if (first > 0) parts.push_back(channels(0, first));
-        parts.push_back(image);
-        if (rest > 0) parts.push_back(channels(first + count, rest));
-        parts_ = std::move(parts);
-    }
-
-  private:
-    Graph& graph_;
-    std::vector<Value> parts_;
-};
 
 /// How far a transposed convolution's taps are from the input pixel that an output pixel lies in.
 int reach(int size, int stride, int padding) {
@@ -123,12 +87,17 @@ class Builder {
         const JsonNode list(document, where_);
         const std::vector<JsonNode> layers = list.items();
         if (layers.size() > kMostLayers) list.refuse("a list of at most " + std::to_string(kMostLayers) + " layers");
+        find_kept(layers);
+        keep(kInput);
         for (size_t i = 0; i < layers.size(); ++i) {
             number_ = static_cast<int>(i);
-            const bool relu_follows =
-                i + 1 < layers.size() && layers[i + 1]["type"].text() == "relu" && !layers[i + 1].find("channels");
-            // A rectifier after a convolution is a part of it.
+            if (const auto of = layers[i].find("of")) flow_ = earlier(*of);
+            // A rectifier after a convolution is a part of it, unless the convolution is read elsewhere, too.
+            const bool relu_follows = i + 1 < layers.size() && layers[i + 1]["type"].text() == "relu" &&
+                                      !layers[i + 1].find("channels") && !layers[i + 1].find("of") &&
+                                      !kept_numbers_.contains(number_);
             if (add(layers[i], relu_follows)) expect_keys(layers[++i], {});
+            keep(static_cast<int>(i));
         }
         finish();
         return std::move(graph_);
@@ -143,6 +112,33 @@ class Builder {
              model.path().string(), found->second);
     }
 
+    /// Which layers others than the next one read.
+    void find_kept(const std::vector<JsonNode>& layers) {
+        for (int i = 0; i < static_cast<int>(layers.size()); ++i) {
+            const auto note = [&](const JsonNode& number) {
+                kept_numbers_.insert(static_cast<int>(number.integer(kInput, i - 1)));
+            };
+            if (const auto of = layers[i].find("of")) note(*of);
+            if (const auto with = layers[i].find("with")) {
+                if (layers[i]["type"].text() == "concatenate")
+                    for (const JsonNode& each : with->items()) note(each);
+                else
+                    note(*with);
+            }
+        }
+    }
+
+    void keep(int number) {
+        if (!kept_numbers_.contains(number)) return;
+        flow_.whole();  // once for all who read it
+        kept_.emplace(number, flow_);
+    }
+
+    /// What a layer before this one left, by its number.
+    const Flow& earlier(const JsonNode& number) const {
+        return kept_.at(static_cast<int>(number.integer(kInput, number_ - 1)));
+    }
+
     std::string name(std::string_view kind) const { return std::string(kind) + " " + std::to_string(number_); }
 
     Value luma(Value color, std::string name) {
@@ -153,8 +149,8 @@ class Builder {
     /// Refuses keys that a layer of this type does not have.
     static void expect_keys(const JsonNode& layer, std::initializer_list<std::string_view> keys) {
         for (const auto& [key, value] : layer.members()) {
-            if (key == "type" || std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-            std::string known = "type";
+            if (key == "type" || key == "of" || std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+            std::string known = "type, of";
             for (const std::string_view each : keys) known += ", " + std::string(each);
             value.refuse("left out; a layer of this type has the fields " + known);
         }
@@ -214,8 +210,8 @@ class Builder {
             parameters.weights = finite_floats(model_, weights);
             parameters.biases.resize(parameters.out_channels);
         }
-        shrunk_ *= parameters.stride;
-        if (kMostShrunk % shrunk_ != 0)
+        flow_.shrunk *= parameters.stride;
+        if (kMostShrunk % flow_.shrunk != 0)
             layer["stride"].refuse("one by which the image is shrunk by a divisor of " + std::to_string(kMostShrunk) +
                                    " in all");
         flow_.replace(graph_.convolution(flow_.whole(), std::move(parameters),
@@ -267,11 +263,15 @@ class Builder {
         grow(stride, result);
     }
 
-    void grow(int scale, Value image) {
-        grown_ *= scale;
-        if (grown_ > kLargestGrowth)
+    void count_growth(int scale) {
+        flow_.grown *= scale;
+        if (flow_.grown > kLargestGrowth)
             fail(ErrorKind::file, "{}: layers make the image more than {} times as large", where_.string(),
                  kLargestGrowth);
+    }
+
+    void grow(int scale, Value image) {
+        count_growth(scale);
         flow_.replace(scale > 1 ? graph_.depth_to_space(image, scale) : image);
     }
 
@@ -314,19 +314,72 @@ class Builder {
                                                               {"bilinear", Filter::bilinear},
                                                               {"bicubic", Filter::bicubic},
                                                               {"lanczos", Filter::lanczos}});
-        const Shape added{graph_.shape(seen_).channels, grown_ * ceil_divide(render_.height, shrunk_),
-                          grown_ * ceil_divide(render_.width, shrunk_)};
-        if (flow_.channels() != added.channels || grown_ % shrunk_ != 0)
+        const Shape added{graph_.shape(seen_).channels, flow_.grown * ceil_divide(render_.height, flow_.shrunk),
+                          flow_.grown * ceil_divide(render_.width, flow_.shrunk)};
+        if (flow_.channels() != added.channels || flow_.grown % flow_.shrunk != 0)
             fail(
                 ErrorKind::file,
                 "{}: layer {} adds the {} channels of the input, made a whole number of times as large, to {} channels "
                 "of {}/{} of its size",
-                where_.string(), number_, added.channels, flow_.channels(), grown_, shrunk_);
-        const Value upsampled = grown_ == shrunk_ ? seen_
-                                                  : graph_.resample(seen_, filter, grown_ / shrunk_,
-                                                                    {added.width, added.height}, Shift::none);
+                where_.string(), number_, added.channels, flow_.channels(), flow_.grown, flow_.shrunk);
+        const Value upsampled = flow_.grown == flow_.shrunk ? seen_
+                                                            : graph_.resample(seen_, filter, flow_.grown / flow_.shrunk,
+                                                                              {added.width, added.height}, Shift::none);
         require_whole_size();
         flow_.replace(graph_.sum(flow_.whole(), upsampled, name("residual")));
+    }
+
+    /// What is put together with the flow: as large, and where strides have shrunk them, still of one size.
+    const Flow& partner(const JsonNode& number) {
+        const Flow& other = earlier(number);
+        if (!flow_.is_as_large_as(other))
+            number.refuse(
+                fmt::format("a layer whose image is as large as this one, {}/{} of the input's size; it is "
+                            "{}/{} of it",
+                            flow_.grown, flow_.shrunk, other.grown, other.shrunk));
+        flow_.take_size(other);
+        require_whole_size();
+        return other;
+    }
+
+    void together(const JsonNode& layer, const std::string& type) {
+        expect_keys(layer, {"with"});
+        Flow other = partner(layer["with"]);
+        const int channels = flow_.channels(), others = other.channels();
+        if (channels != others && channels != 1 && others != 1)
+            layer["with"].refuse(fmt::format("a layer of {} channels, or of one; it has {}", channels, others));
+        flow_.replace(type == "add" ? graph_.sum(flow_.whole(), other.whole(), name(type))
+                                    : graph_.product(flow_.whole(), other.whole(), name(type)));
+    }
+
+    void concatenate(const JsonNode& layer) {
+        expect_keys(layer, {"with"});
+        for (const JsonNode& number : layer["with"].items()) {
+            flow_.append(partner(number));
+            if (flow_.channels() > kMostChannels)
+                number.refuse(fmt::format("one that makes no more than {} channels in all", kMostChannels));
+        }
+    }
+
+    void slice(const JsonNode& layer) {
+        expect_keys(layer, {"channels"});
+        const auto [first, count] = range_of(layer);
+        flow_.replace(flow_.channels(first, count));
+    }
+
+    void clamp(const JsonNode& layer) {
+        expect_keys(layer, {"low", "high"});
+        const auto low = static_cast<float>(layer["low"].number(-kLargestBound, kLargestBound));
+        const auto high = static_cast<float>(layer["high"].number(low, kLargestBound));
+        flow_.replace(graph_.clamp(flow_.whole(), low, high, name("clamp")));
+    }
+
+    void upsample(const JsonNode& layer) {
+        expect_keys(layer, {"scale"});
+        const int scale = static_cast<int>(layer["scale"].integer(2, kLargestScale));
+        const Value image = flow_.whole();
+        count_growth(scale);
+        flow_.replace(graph_.upsample(image, scale, Shift::none, name("upsample")));
     }
 
     /// Adds a layer; whether it was the rectifier after it, too.
@@ -346,6 +399,16 @@ class Builder {
             product(layer);
         } else if (type == "residual") {
             residual(layer);
+        } else if (type == "add" || type == "multiply") {
+            together(layer, type);
+        } else if (type == "concatenate") {
+            concatenate(layer);
+        } else if (type == "slice") {
+            slice(layer);
+        } else if (type == "clamp") {
+            clamp(layer);
+        } else if (type == "upsample") {
+            upsample(layer);
         } else if (type == "depth_to_space") {
             expect_keys(layer, {"scale"});
             const int scale = static_cast<int>(layer["scale"].integer(2, kLargestScale));
@@ -363,8 +426,7 @@ class Builder {
         } else {
             layer["type"].refuse(
                 "one of convolution, transposed_convolution, prelu, relu, tanh, sigmoid, softmax, maximum, sum, "
-                "product, "
-                "depth_to_space, residual");
+                "product, add, multiply, concatenate, slice, clamp, depth_to_space, upsample, residual");
         }
         return false;
     }
@@ -387,17 +449,17 @@ class Builder {
 
     /// Where strides have not divided the image, there is more of it now than there should be.
     void require_whole_size() const {
-        if (render_.width % shrunk_ != 0 || render_.height % shrunk_ != 0)
+        if (render_.width % flow_.shrunk != 0 || render_.height % flow_.shrunk != 0)
             fail(ErrorKind::invalid_argument, "{}: its strides want sides that are multiples of {}, not {}x{}",
-                 model_.path().string(), shrunk_, render_.width, render_.height);
+                 model_.path().string(), flow_.shrunk, render_.width, render_.height);
     }
 
     void finish() {
         const int channels = is_luma_ ? 1 : 3;
-        if (flow_.channels() != channels || grown_ != scale_ * shrunk_)
+        if (flow_.channels() != channels || flow_.grown != scale_ * flow_.shrunk)
             fail(ErrorKind::file,
                  "{}: the last layer leaves {} channels of {}/{} of the input's size; {} of {} are wanted",
-                 where_.string(), flow_.channels(), grown_, shrunk_, channels, scale_);
+                 where_.string(), flow_.channels(), flow_.grown, flow_.shrunk, channels, scale_);
         require_whole_size();
         Value result = flow_.whole();
         if (is_luma_) {
@@ -435,7 +497,8 @@ class Builder {
     const Value color_;
     const Value seen_;  // by the network
     Flow flow_;
-    int grown_ = 1, shrunk_ = 1;  // by the layers so far
+    std::set<int> kept_numbers_;  // of layers that others than the next one read
+    std::map<int, Flow> kept_;    // those of them that have been added
     int number_ = 0;              // of the layer
     double weights_ = 0;
 };

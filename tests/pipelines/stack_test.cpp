@@ -36,7 +36,7 @@ Model changed(const TemporaryFolder& folder, const std::function<void(json&)>& c
 TEST_CASE("stacks of layers agree with PyTorch" * doctest::test_suite("golden")) {
     for (const char* name :
          {"stack_espcn_x2", "stack_espcn_rgb_x3", "stack_fsrcnn_x3", "stack_esr_max_x2", "stack_esr_tm_x2",
-          "stack_esr_tr_x3", "stack_all_x2", "stack_1x1", "stack_espcn_x2_held"}) {
+          "stack_esr_tr_x3", "stack_all_x2", "stack_1x1", "stack_espcn_x2_held", "stack_joined_x2"}) {
         CAPTURE(name);
         const Run result = run(Golden(name));
         for (const double difference : result.differences) CHECK(difference < kTolerance);
@@ -140,7 +140,7 @@ TEST_CASE("a list of layers that means nothing is refused with the place" * doct
     refuse("tensor a.weight has the shape", [](json& layers) { layers[0]["size"] = 5; });
     refuse("[0].stride must be a whole number from 1", [](json& layers) { layers[0]["stride"] = 0; });
     refuse("[0].stride must be one by which", [](json& layers) { layers[0]["stride"] = 3; });
-    refuse("[0].step must be left out; a layer of this type has the fields type, tensor, size, stride, groups",
+    refuse("[0].step must be left out; a layer of this type has the fields type, of, tensor, size, stride, groups",
            [](json& layers) { layers[0]["step"] = 2; });
     refuse("[2].groups must be a divisor of the 8 channels", [](json& layers) { layers[2]["groups"] = 3; });
     refuse("[4].channels must be a list of 2", [](json& layers) { layers[4]["channels"] = 3; });
@@ -153,6 +153,24 @@ TEST_CASE("a list of layers that means nothing is refused with the place" * doct
     refuse("[12].groups must be a divisor of the 12 channels", [](json& layers) { layers[12]["groups"] = 5; });
     refuse("layer 13 adds the 3 channels", [](json& layers) { layers.erase(13); });
     refuse("[14].filter must be one of", [](json& layers) { layers[14]["filter"] = "fsr1"; });
+    refuse("[4].of must be a whole number from -1 to 3", [](json& layers) { layers[4]["of"] = 4; });
+    refuse("[4].with must be a whole number from -1 to 3", [](json& layers) {
+        layers[4] = {{"type", "add"}, {"with", 7}};
+    });
+    refuse("[4].with must be a list", [](json& layers) { layers[4] = {{"type", "concatenate"}, {"with", 0}}; });
+    refuse("[4].with must be a layer of 12 channels, or of one; it has 8", [](json& layers) {
+        layers[4] = {{"type", "multiply"}, {"with", 0}};
+    });
+    refuse("[4].with must be a layer whose image is as large as this one, 1/2 of the input's size; it is 1/1 of it",
+           [](json& layers) {
+               layers[4] = {{"type", "add"}, {"with", -1}};
+           });
+    refuse("[4].with[340] must be one that makes no more than 4096 channels in all", [](json& layers) {
+        layers[4] = {{"type", "concatenate"}, {"with", json(2000, 3)}};
+    });
+    refuse("[4].high must be a number from 1 to", [](json& layers) {
+        layers[4] = {{"type", "clamp"}, {"low", 1}, {"high", 0}};
+    });
     refuse("must be a list of at most 1024 layers", [](json& layers) { layers = json(1025, {{"type", "tanh"}}); });
     refuse("the last layer leaves 6 channels of 4/2", [](json& layers) {
         layers.erase(14);

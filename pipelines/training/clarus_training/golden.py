@@ -5,6 +5,8 @@ inputs `color`, `depth`, `motion` [T, h, w, c], `jitter` [T, 2], `reset` [T], an
 centres `motion_jitter` [T, 2]; the `output` [T, H, W, 3]; and what the network shows of frame 3 as [C, H, W], such as
 ENSS's `warped` (colour, feature), `alpha` and `candidate`. Motion is canonical but unchecked: it holds vectors that are
 not finite or longer than the image's diagonal; depth holds ties. Outputs are computed in double precision.
+
+Of some stacks there is also NAME.onnx, the same network as PyTorch exports it, of a size that is not the frames'.
 """
 
 import argparse
@@ -13,7 +15,7 @@ import os
 import numpy as np
 import torch
 
-from . import enss, mnss, model_file, nsrr, nss, operators, safetensors, srpo, stack
+from . import enss, mnss, model_file, nsrr, nss, onnx, operators, safetensors, srpo, stack
 from .frame import Frame
 from .layers import convolutions
 
@@ -120,8 +122,12 @@ CASES = {
         "stack_espcn_x2_held": dict(scale=2, size=(13, 9), color="luma", layers=stack.espcn(2, 1), held=True),
         "stack_int8_x2": dict(scale=2, size=(14, 10), color="rgb", layers=IN_WHOLE_NUMBERS, quantized=True),
         "stack_int8_1x1": dict(scale=2, size=(1, 1), color="rgb", layers=IN_WHOLE_NUMBERS_ALONE, quantized=True),
+        "stack_joined_x2": dict(scale=2, size=(13, 9), color="rgb", layers=stack.joined(2, 3)),
     },
 }
+
+# Cases that there are ONNX files of, too.
+AS_ONNX = ("stack_espcn_x2", "stack_espcn_rgb_x3", "stack_fsrcnn_x3", "stack_esr_max_x2", "stack_esr_tm_x2", "stack_joined_x2")
 
 
 def random_weights(generator, network, gain):
@@ -287,6 +293,9 @@ def main():
         network = RANDOM_NETWORKS[pipeline](generator, **case)
         inputs = random_inputs(generator, **case)
         model_file.save(os.path.join(directory, f"{name}.model.safetensors"), network, half=True)
+        if name in AS_ONNX:
+            graph = onnx.network_graph(network, onnx.smooth_frame(network, (12, 8)))
+            onnx.save(os.path.join(directory, f"{name}.onnx"), graph)
         results = run(network, inputs)
         golden = {key: value.numpy() for key, value in inputs.items()}
         golden.update({key: value.numpy().astype(np.float32) for key, value in results.items()})

@@ -19,6 +19,14 @@ FILTERS = {
     "lanczos": srpo.lanczos_upsample,
 }
 
+INPUT = -1  # in the place of a layer's number
+# Of what a layer takes and what others have left.
+TOGETHER = {
+    "add": lambda x, others: x + others[0],
+    "multiply": lambda x, others: x * others[0],
+    "concatenate": lambda x, others: torch.cat([x, *others], dim=1),
+}
+
 
 class Stack(nn.Module):
     """The network. It looks at one frame's colour, or at its luma alone, and has no state. `held`: docs/history.md."""
@@ -29,20 +37,27 @@ class Stack(nn.Module):
         super().__init__()
         self.held = held
         self.scale, self.layers, self.network_color = scale, layers, network_color
-        channels = {"rgb": 3, "luma": 1}[network_color]
+        left = {INPUT: {"rgb": 3, "luma": 1}[network_color]}
         modules = []
-        for layer in layers:
+        for i, layer in enumerate(layers):
+            channels = left[layer.get("of", i - 1)]
             modules.append(make_module(layer, channels, widths.get(layer.get("tensor"))))
-            channels = channels_after(layer, channels, widths)
+            left[i] = channels_after(layer, channels, widths, left)
         self.module_list = nn.ModuleList(modules)
 
     def ahead(self, frames):
         return [None] * len(frames)
 
     def run_layers(self, seen):
-        x = seen
-        for layer, module in zip(self.layers, self.module_list):
-            if layer["type"] == "residual":
+        left = {INPUT: seen}
+        for i, (layer, module) in enumerate(zip(self.layers, self.module_list)):
+            x = left[layer.get("of", i - 1)]
+            if layer["type"] in TOGETHER:
+                with_ = layer["with"]
+                x = TOGETHER[layer["type"]](x, [left[n] for n in (with_ if isinstance(with_, list) else [with_])])
+            elif layer["type"] == "slice":
+                x = x.narrow(1, *layer["channels"])
+            elif layer["type"] == "residual":
                 factor = x.shape[-1] // seen.shape[-1]
                 x = x + (seen if factor == 1 else FILTERS[layer["filter"]](seen, factor))
             elif "channels" in layer:
@@ -51,6 +66,7 @@ class Stack(nn.Module):
                 x = torch.cat((before, apply(layer, module, part), after), dim=1)
             else:
                 x = apply(layer, module, x)
+            left[i] = x
         return x.to(seen.dtype)
 
     def step(self, frame, state=None, ahead=None, inside=None):
@@ -83,8 +99,15 @@ def make_module(layer, channels, width):
     return nn.PReLU(width) if layer["type"] == "prelu" else nn.Identity()
 
 
-def channels_after(layer, channels, widths):
+def channels_after(layer, channels, widths, left):
+    """`left`: how many channels the layers before leave."""
     kind = layer["type"]
+    if kind in ("add", "multiply"):
+        return max(channels, left[layer["with"]])
+    if kind == "concatenate":
+        return channels + sum(left[number] for number in layer["with"])
+    if kind == "slice":
+        return layer["channels"][1]
     if kind in ("convolution", "transposed_convolution"):
         return widths[layer["tensor"]]
     if kind in ("maximum", "sum"):
@@ -104,9 +127,17 @@ def apply(layer, module, x):
         return getattr(torch, kind)(x)
     if kind == "depth_to_space":
         return operators.depth_to_space(x, layer["scale"])
+    if kind == "clamp":
+        return x.clamp(layer["low"], layer["high"])
+    if kind == "upsample":
+        return operators.upsample(x, layer["scale"])
     if kind == "product":
         first, second = x.chunk(2, dim=1)
         return first * second
+    if layer.get("groups", 1) == 1:  # the same in fewer operators, which matters where it is exported
+        if kind == "softmax":
+            return x.softmax(dim=1)
+        return x.amax(dim=1, keepdim=True) if kind == "maximum" else x.sum(dim=1, keepdim=True)
     grouped = x.reshape(x.shape[0], layer.get("groups", 1), -1, *x.shape[2:])
     if kind == "softmax":
         return grouped.softmax(dim=2).flatten(1, 2)
@@ -140,6 +171,30 @@ def fsrcnn(scale, channels, features=56, shrunk=12, mappings=4):
         widths[name] = widths[f"{name}.prelu"] = width
     layers.append({"type": "transposed_convolution", "tensor": "upscale", "size": 9, "stride": scale})
     return layers, dict(widths, upscale=channels)
+
+
+def joined(scale, channels, features=8):
+    """Of layers that read others than the one before them; small, after EDSR (Lim et al. 2017) and IMDN (2019)."""
+    half = features // 2
+    layers = [
+        convolution("head", 3),  # 0
+        convolution("a", 3),
+        {"type": "relu"},
+        convolution("b", 3),  # 3
+        {"type": "add", "with": 0},
+        {"type": "slice", "channels": [0, half]},  # 5
+        {"type": "slice", "of": 4, "channels": [half, features - half]},
+        convolution("c", 1),
+        {"type": "sigmoid"},  # 8
+        {"type": "multiply", "of": 5, "with": 8},
+        {"type": "clamp", "low": -0.75, "high": 1.5},
+        {"type": "concatenate", "with": [5, 0]},
+        convolution("tail", 3),
+        {"type": "depth_to_space", "scale": scale},  # 13
+        {"type": "upsample", "of": INPUT, "scale": scale},
+        {"type": "add", "with": 13},
+    ]
+    return layers, dict(head=features, a=features, b=features, c=1, tail=channels * scale**2)
 
 
 def edge_sr(kind, scale, features, size):
