@@ -12,9 +12,11 @@
 #include "api/build_graph.h"
 #include "base/error.h"
 #include "base/place.h"
+#include "io/onnx.h"
 #include "io/safetensors.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
+#include "pipelines/stack/onnx.h"
 
 namespace clarus {
 namespace {
@@ -73,7 +75,7 @@ std::string PipelineOption::range() const {
 
 Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
-    state->tensors = io::Safetensors::read(path);
+    state->tensors = io::is_onnx(path) ? pipelines::stack_of(io::read_onnx(path)) : io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
     const pipelines::Pipeline& pipeline = pipelines::pipeline_of(*state->tensors);
     state->pipeline = pipeline.name;
@@ -110,7 +112,7 @@ Model Model::find(const std::string& name_or_path, double scale) {
     if (is_path) return load(name_or_path, scale);
     for (const fs::path& file : shipped_models())
         if (file.stem() == name_or_path) return load(file.string(), scale);
-    fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors file",
+    fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors or .onnx file",
          name_or_path, joined(names()));
 }
 

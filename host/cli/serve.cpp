@@ -156,7 +156,9 @@ void add_serve_command(CLI::App& app) {
     ModelWish& wish = options->settings.wish;
     UpscalerOptions& settings = options->settings.upscaler;
     command.add_option("NAME", options->name, "Of the renderer's stream, which may come later")->required();
-    command.add_option("--model", wish.model, "A shipped model's or filter's name (clarus models), or a file")
+    command
+        .add_option("--model", wish.model,
+                    "A shipped model's or filter's name (clarus models), or a file, .safetensors or .onnx")
         ->required();
     command
         .add_option("-o,--output", options->output,

@@ -443,7 +443,9 @@ void add_upscale_command(CLI::App& app) {
                     "image, or a "
                     "video (.mp4, .m4v, .mov, .mkv, .webm, .avi)")
         ->required();
-    command.add_option("--model", options->wish.model, "A shipped model's or filter's name (clarus models), or a file")
+    command
+        .add_option("--model", options->wish.model,
+                    "A shipped model's or filter's name (clarus models), or a file, .safetensors or .onnx")
         ->required();
     command
         .add_option("-o,--output", options->output,
