@@ -2,14 +2,16 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 
-#include "clarus/error.h"
+#include "base/error.h"
 #include "clarus/model.h"
 #include "cli/commands.h"
 #include "cli/pipeline_options.h"
-#include "io/safetensors.h"
+#include "io/safetensors_writer.h"
 
 namespace clarus::cli {
 namespace {
@@ -57,6 +59,19 @@ void print_options(const Model& model) {
         fmt::print("  {}: {}; {}, {:g} unless told\n", option.name, option.help, option.range(), option.usual);
 }
 
+/// As a file that is read where ONNX is not.
+void write_model(const std::string& name_or_path, const std::filesystem::path& file) {
+    const Model model = Model::find(name_or_path);
+    if (!model.tensors())
+        fail(ErrorKind::invalid_argument, "{} is a filter, of which there is no model file", model.name());
+    if (file.extension() != ".safetensors")
+        fail(ErrorKind::invalid_argument, "--output {}: a model file's name ends in .safetensors", file.string());
+    std::map<std::string, io::NewTensor> tensors;
+    for (const auto& [name, tensor] : model.tensors()->tensors())
+        tensors[name] = io::NewTensor::of(tensor.type, tensor.shape, tensor.bytes);
+    io::write_safetensors(file, model.metadata(), tensors);
+}
+
 void print_model(const std::string& name) {
     const Model model = Model::find(name);
     fmt::print("{}: pipeline {}, scale {}\n", model.name(), model.pipeline(), scale_text(model));
@@ -90,9 +105,16 @@ void add_models_command(CLI::App& app) {
 void add_model_command(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("model", "Show a model's metadata and tensors");
     const auto name = std::make_shared<std::string>();
-    command.add_option("FILE", *name, "A model file, or a name from `clarus models`")->required();
-    command.footer("Examples:\n  clarus model enss-s-x2\n  clarus model trained/enss-m.safetensors");
-    command.callback([name] { print_model(*name); });
+    const auto output = std::make_shared<std::string>();
+    command.add_option("FILE", *name, "A model file, .safetensors or .onnx, or a name from `clarus models`")
+        ->required();
+    command.add_option(
+        "-o,--output", *output,
+        "Write it as a .safetensors file: of a network in ONNX form, for programs that do not read ONNX");
+    command.footer(
+        "Examples:\n  clarus model enss-s-x2\n  clarus model trained/enss-m.safetensors\n"
+        "  clarus model net.onnx -o net.safetensors");
+    command.callback([name, output] { output->empty() ? print_model(*name) : write_model(*name, *output); });
 }
 
 }  // namespace clarus::cli
