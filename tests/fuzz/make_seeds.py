@@ -35,6 +35,9 @@ for model in ("stack_esr_max_x2.model", "stack_int8_1x1.golden", "mnss_x2_1x1.go
 for model in ("stack_all_x2", "stack_int8_1x1", "enss_x2_1x1", "srpo_x2", "mnss_x2_1x1"):
     write("model", model, (tests / "golden" / f"{model}.model.safetensors").read_bytes())
 
+for network in ("stack_esr_max_x2", "stack_esr_tm_x2", "stack_joined_x2"):
+    write("onnx", network, (tests / "golden" / f"{network}.onnx").read_bytes())
+
 bench = seeds / "bench_file" / "bilinear"
 bench.parent.mkdir(parents=True, exist_ok=True)
 subprocess.run([tests.parent / "build/bin/clarus", "bench", "--models", "bilinear", "--sizes", "64x48", "--seconds", "0.2",
