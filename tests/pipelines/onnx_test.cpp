@@ -43,7 +43,7 @@ OnnxNetwork around(const std::function<void(OnnxNetwork&)>& add, int64_t channel
     OnnxNetwork network;
     network.convolution("in", "a", 3, channels, 3);
     add(network);
-    network.convolution("b", "out", after, 3, 1).name = "out";
+    network.convolution("b", "out", after, 3, 1).name = std::string("out");
     return network;
 }
 
@@ -294,19 +294,20 @@ TEST_CASE("a network of several images, or of other ones, is refused" * doctest:
     refuse(changed([](G& graph) { graph.inputs[0].shape = {2, 3, 8, 8}; }), "is 2 images at once");
     refuse(changed([](G& graph) { graph.inputs[0].shape = {3, 8, 8}; }), "no shape of four extents");
     refuse(changed([](G& graph) { graph.inputs[0].shape.reset(); }), "no shape of four extents");
-    refuse(changed([](G& graph) { graph.inputs[0].type = "UINT8"; }), "is of the type UINT8");
+    refuse(changed([](G& graph) { graph.inputs[0].type = std::string("UINT8"); }), "is of the type UINT8");
     refuse(changed([](G& graph) { graph.inputs[0].shape = {1, 3, 8, 1 << 20}; }), "a side of 1048576 pixels");
-    refuse(changed([](G& graph) { graph.outputs[0].name = "z"; }), "its output z is no image");
+    refuse(changed([](G& graph) { graph.outputs[0].name = std::string("z"); }), "its output z is no image");
     refuse(changed([](G& graph) { graph.inputs[0].shape = {1, 1, 8, 8}; }), "its weights are for 3 channels");
-    refuse(changed([](G& graph) { graph.outputs[0].name = "b"; }),
+    refuse(changed([](G& graph) { graph.outputs[0].name = std::string("b"); }),
            "it makes an image of 12 channels, 1 times as large");
-    refuse(changed([](G& graph) { graph.nodes[1].inputs[0] = "nowhere"; }), "it reads nowhere, which nothing");
+    refuse(changed([](G& graph) { graph.nodes[1].inputs[0] = std::string("nowhere"); }),
+           "it reads nowhere, which nothing");
     refuse(changed([](G& graph) { std::swap(graph.nodes[0], graph.nodes[1]); }), "it reads a, which nothing");
     refuse(changed([](G& graph) { graph.nodes.insert(graph.nodes.begin() + 1, graph.nodes[1]); }),
            "its output b is made twice");
     refuse(changed([](G& graph) { graph.tensors["a_w"].floats[5] = INFINITY; }), "has a value of inf");
     refuse(changed([](G& graph) {
-               graph.tensors["a_w"].type = "UINT8";
+               graph.tensors["a_w"].type = std::string("UINT8");
                graph.tensors["a_w"].floats.clear();
            }),
            "must have elements of FLOAT, not 0 of UINT8");
