@@ -39,9 +39,11 @@ struct PipelineOption {
 /// What is to be computed: a network with its weights, or a filter. A handle: copies share the weights.
 class CLARUS_API Model {
   public:
-    /// A `.safetensors` file (docs/formats.md, "A model"). `scale` is used where the model has no scale of its own: its
-    /// metadata `scale` is "any", or it was published without metadata, as Arm's NSS is (docs/nss.md). Errors: file,
-    /// naming the tensor or key and what was expected; invalid_argument, naming a scale that the model does not have.
+    /// A `.safetensors` file (docs/formats.md, "A model"), or a network of one frame in ONNX form, a `.onnx` file
+    /// ("ONNX networks" there), which programs other than `clarus` cannot read: `clarus model` makes the first of it.
+    /// `scale` is used where the model has no scale of its own: its metadata `scale` is "any", or it was published
+    /// without metadata, as Arm's NSS is (docs/nss.md). Errors: file, naming the tensor or key and what was expected;
+    /// invalid_argument, naming a scale that the model does not have.
     static Model load(const std::string& path, double scale = 2);
 
     /// A filter without a network: "nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2". `scale` is any real
