@@ -32,7 +32,7 @@ clarus_dependency(xxHash "${xxhash_VERSION}" BSD-2-Clause https://github.com/Cya
 if(CLARUS_TOOL)
   clarus_dependency(OpenImageIO "${OpenImageIO_VERSION}" BSD-3-Clause
                     https://github.com/AcademySoftwareFoundation/OpenImageIO)
-  clarus_dependency(zlib "${ZLIB_VERSION}" Zlib https://zlib.net)
+  clarus_dependency(zlib "${ZLIB_VERSION_STRING}" Zlib https://zlib.net)
   clarus_dependency(CLI11 "${CLI11_VERSION}" BSD-3-Clause https://github.com/CLIUtils/CLI11)
   clarus_dependency(spdlog "${spdlog_VERSION}" MIT https://github.com/gabime/spdlog)
 endif()
