@@ -1,5 +1,5 @@
 // Connects to `clarus serve NAME --listen 127.0.0.1:PORT` and says what it should not: KIND is what. Prints the words
-// by which it was refused; ends with 1 where it was not, in five seconds.
+// by which it was refused; ends with 1 where it was not, in half a minute: a server that begins may be slow to answer.
 // Usage: stranger PORT NAME KIND
 
 #include <cmath>
@@ -89,7 +89,7 @@ std::string say(const std::string& port, const std::string& name, const std::str
             frame.index = index;
             endpoint.send(frame, slot.data(), bytes, {});
         }
-    for (const auto until = Clock::now() + std::chrono::seconds(5); Clock::now() < until && !endpoint.is_broken();) {
+    for (const auto until = Clock::now() + std::chrono::seconds(30); Clock::now() < until && !endpoint.is_broken();) {
         for (; !worker.messages.empty(); worker.messages.pop_front()) {
             const Message& message = worker.messages.front();
             if (type_of(message) != SHARE_LEAVE) continue;
