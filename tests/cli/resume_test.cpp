@@ -19,6 +19,7 @@
 #include "io/image.h"
 #include "noise_sequence.h"
 #include "program.h"
+#include "run_clarus.h"
 #include "test_device.h"
 
 // `clarus upscale --resume` as a process: what a run leaves when it ends before its sequence does, however it ends.
@@ -34,11 +35,6 @@ constexpr int kFrames = 6;
 const Size kRender{24, 16};
 const std::string kNetwork = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
 const std::string kState = ".clarus-run.safetensors";
-
-struct Outcome {
-    int code;
-    std::string out, errors;
-};
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -79,9 +75,7 @@ class Workplace {
     }
     Outcome upscale(const std::string& output, const std::string& model,
                     const std::vector<std::string>& more = {}) const {
-        Program program(CLARUS_TOOL, arguments(output, model, more));
-        const int code = program.result();
-        return {code, program.out(), program.errors()};
+        return run_clarus(arguments(output, model, more));
     }
 
     Files files(const std::string& output) const {

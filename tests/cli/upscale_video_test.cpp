@@ -11,8 +11,8 @@
 #include "io/video.h"
 #include "io/video_reader.h"
 #include "noise_sequence.h"
-#include "program.h"
 #include "raw_video.h"
+#include "run_clarus.h"
 #include "test_device.h"
 #include "video_file.h"
 
@@ -23,17 +23,6 @@ using namespace clarus::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Outcome {
-    int code;
-    std::string out, errors;
-};
-
-Outcome run_clarus(const std::vector<std::string>& arguments) {
-    Program program(CLARUS_TOOL, arguments);
-    const int code = program.result();
-    return {code, program.out(), program.errors()};
-}
 
 Outcome upscale(const fs::path& video, const fs::path& output, const std::vector<std::string>& more = {},
                 const std::string& model = "bicubic") {

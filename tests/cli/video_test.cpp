@@ -7,6 +7,7 @@
 #include "metrics/psnr.h"
 #include "noise_sequence.h"
 #include "program.h"
+#include "run_clarus.h"
 #include "test_device.h"
 #include "video_file.h"
 
@@ -17,11 +18,6 @@ using namespace clarus::test;
 namespace fs = std::filesystem;
 
 namespace {
-
-struct Outcome {
-    int code;
-    std::string out, errors;
-};
 
 class Workplace {
   public:
@@ -38,9 +34,7 @@ class Workplace {
         return all;
     }
     Outcome upscale(const std::string& output, const std::vector<std::string>& more = {}) const {
-        Program program(CLARUS_TOOL, arguments(output, more));
-        const int code = program.result();
-        return {code, program.out(), program.errors()};
+        return run_clarus(arguments(output, more));
     }
     bool has_only(const std::set<std::string>& names) const {
         std::set<std::string> there;

@@ -13,6 +13,7 @@
 #include "io/frames.h"
 #include "io/image.h"
 #include "io/sequence.h"
+#include "run_clarus.h"
 #include "share_programs.h"
 
 // `clarus serve`, `play` and `control` as processes.
@@ -28,16 +29,10 @@ namespace {
 constexpr Size render_size{24, 16};
 const std::string network = CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors";
 
-struct Outcome {
-    int code;
-    std::string out, errors;
-};
 Outcome control(const std::vector<std::string>& arguments) {
     std::vector<std::string> all{"control"};
     all.insert(all.end(), arguments.begin(), arguments.end());
-    Program program(CLARUS_TOOL, all);
-    const int code = program.result();
-    return {code, program.out(), program.errors()};
+    return run_clarus(all);
 }
 /// Empty as long as nobody serves.
 json state() {
