@@ -198,8 +198,8 @@ static int look(clarus_share_reader* reader, uint64_t* ready) {
         return reader->next < *ready;
     }
     if (*ready == reader->seen || *ready == 0) return 0;
-    if (*ready < reader->seen || share_word_slot(*ready) >= reader->description.slots ||
-        *ready >> SHARE_SLOT_BITS == 0) {
+    if (*ready >> SHARE_SLOT_BITS <= reader->seen >> SHARE_SLOT_BITS ||
+        share_word_slot(*ready) >= reader->description.slots) {
         share_fail(CLARUS_SHARE_PROTOCOL, "a newest frame %llx that cannot be, after %llx", (unsigned long long)*ready,
                    (unsigned long long)reader->seen);
         return -1;
