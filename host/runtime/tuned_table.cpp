@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "base/error.h"
+#include "runtime/tuning_file.h"
 
 namespace clarus::runtime {
 namespace {
@@ -43,8 +44,7 @@ TunedTable::TunedTable(std::string_view name, std::string_view text) {
                 if (!known.contains(field)) fail(ErrorKind::file, "{}: \"{}\" in \"{}\" is unknown", name, field, key);
             const size_t problem = key.rfind(", ");  // then which candidates there were
             if (problem == key.npos) fail(ErrorKind::file, "{}: \"{}\" is not a tuner's key", name, key);
-            const TuningResult result{entry.at("implementation"), entry.at("choices").get<Choices>(),
-                                      entry.at("seconds"), entry.at("built_in_seconds")};
+            const TuningResult result = read_result(entry, name);
             TuningResult& largest = results_[without_sizes(key.substr(0, problem))];
             if (result.seconds > largest.seconds) largest = result;
         }

@@ -26,6 +26,7 @@
 #include "runtime/launch.h"
 #include "runtime/short_launches.h"
 #include "runtime/tuned_table.h"
+#include "runtime/tuning_file.h"
 
 namespace clarus::runtime {
 namespace {
@@ -245,18 +246,10 @@ TuningResults Tuner::stored() const {
         log(LogLevel::warning, "{} is passed over: it is not a file that you own and nobody else may write", path_);
         return {};
     }
-    const auto leave_out_deeper = [](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
-        return depth <= 4;
-    };
     try {
-        TuningResults results;
-        const nlohmann::json document = nlohmann::json::parse(*text, leave_out_deeper);
-        for (const auto& [key, entry] : document.at("results").get_ref<const nlohmann::json::object_t&>())
-            results[key] = {entry.at("implementation"), entry.at("choices").get<Choices>(), entry.at("seconds"),
-                            entry.value("built_in_seconds", 0.0)};
-        return results;
-    } catch (const nlohmann::json::exception& error) {
-        log(LogLevel::warning, "{} is not a tuning file ({}); starting anew", path_, error.what());
+        return read_results(*text, path_);
+    } catch (const Error& error) {
+        log(LogLevel::warning, "{}; starting anew", error.what());
         return {};
     }
 }
