@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <utility>
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -62,14 +61,16 @@ KeptPlacement::Choice KeptPlacement::find() const {
     const std::optional<nlohmann::json> json = text ? io::try_parse_json(*text) : std::nullopt;
     if (!json) return {};
     try {
-        Choice choice{json->at("places").get<std::vector<int>>(), json->at("seconds").get<std::vector<double>>()};
-        const bool fits =
-            choice.places.size() == nodes_ && choice.seconds.size() == nodes_ &&
-            std::ranges::all_of(choice.places,
-                                [&](int place) { return place >= 0 && std::cmp_less(place, devices_); }) &&
-            std::ranges::all_of(choice.seconds, [](double seconds) { return std::isfinite(seconds) && seconds >= 0; });
-        return fits ? choice : Choice();
-    } catch (const nlohmann::json::exception&) {
+        Choice choice;
+        const std::filesystem::path file = file_;
+        const io::JsonNode root(*json, file);
+        const auto last = static_cast<int64_t>(devices_) - 1;
+        for (const io::JsonNode& place : root["places"].items(nodes_))
+            choice.places.push_back(static_cast<int>(place.integer(0, last)));
+        for (const io::JsonNode& seconds : root["seconds"].items(nodes_))
+            choice.seconds.push_back(seconds.number(0, std::numeric_limits<double>::max()));
+        return choice;
+    } catch (const Error&) {
         return {};
     }
 }
