@@ -63,6 +63,15 @@ void correct_motion(Json& motion, const check::Correction& correction) {
     motion["jittered"] = reading.jittered;
 }
 
+/// Of a sequence that was read. Errors: file, where a number that nobody reads is none that a float can be.
+Json description_of(const fs::path& file) {
+    try {
+        return Json::parse(io::read_file(file));
+    } catch (const Json::exception& error) {
+        fail(ErrorKind::file, "cannot correct {}: {}", file.string(), error.what());
+    }
+}
+
 }  // namespace
 
 fs::path corrected_name(const fs::path& sequence) {
@@ -82,7 +91,7 @@ void require_correctable(const fs::path& sequence, const fs::path& corrected) {
 std::vector<std::string> write_correction(const fs::path& sequence, const fs::path& corrected,
                                           const check::Correction& correction, size_t first) {
     std::vector<std::string> lines;
-    Json json = Json::parse(io::read_file(json_of(sequence)));
+    Json json = description_of(json_of(sequence));
     Json& frames = json["frames"];
     if (!correction.order.empty()) {
         const Json before = frames;
@@ -91,7 +100,8 @@ std::vector<std::string> write_correction(const fs::path& sequence, const fs::pa
     correct_jitter(frames, correction);
     shift_images(frames, "motion", correction.reading.motion_frame, lines);
     shift_images(frames, "depth", correction.depth_frame, lines);
-    if (json.contains("motion")) correct_motion(json["motion"], correction);
+    // Without motion images it may be anything: it is not read.
+    if (json.contains("motion") && json["motion"].is_object()) correct_motion(json["motion"], correction);
     if (correction.depth_projective) json["depth"]["encoding"] = *correction.depth_projective ? "projective" : "linear";
     if (correction.depth_reversed) json["depth"]["reversed"] = *correction.depth_reversed;
     if (correction.color_space) json["color_space"] = *correction.color_space == ColorSpace::linear ? "linear" : "srgb";
