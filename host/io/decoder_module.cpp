@@ -97,6 +97,8 @@ class Decoder : public VideoReader {
         codec_->pkt_timebase = stream_->time_base;
         codec_->max_pixels = kMostPixels;
         codec_->thread_count = kMostThreads;
+        // With a thread a picture, FFmpeg 5.1 ends the process at a damaged one of MPEG-4, by an assertion.
+        if (parameters.codec_id == AV_CODEC_ID_MPEG4) codec_->thread_type = FF_THREAD_SLICE;
         codec_->err_recognition = AV_EF_EXPLODE;  // no picture that is made up where bits are wrong
         check(avcodec_open2(codec_.get(), codec, nullptr));
         const int64_t pixels = int64_t{codec_->width} * codec_->height;
