@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes tests/fuzz/seeds: small valid inputs, of which libFuzzer makes others. Needs oiiotool, for the images, and the build."""
+"""Makes tests/fuzz/seeds: small valid inputs, of which libFuzzer makes others. Needs oiiotool and ffmpeg, for images and videos, and the build."""
 import json
 import struct
 import subprocess
@@ -86,13 +86,101 @@ nss_frame = {"CameraNearPlane": 0.1, "CameraFarPlane": -1, "NormalizedPerRatioJi
 write("sequence", "nss", json.dumps({"EmulatedFramerate": 30, "ReverseZ": True, "UpscalingRatiosIndices": {"x2_index": 0},
                                      "Frames": [nss_frame, {**nss_frame, "CameraCut": True}]}).encode())
 
-# share_stream_packet of a 16x8 stream with colour in 3 bytes, then share_frame_header: host/share/wire.h.
-head = struct.pack("4I", 0x53524C43, 2, 2, 328)
-resources = struct.pack("4IQ", 0, 3, 16, 8, 0) + bytes(9 * 24)
-fields = struct.pack("7I3f4IQQ", 3, 0, 0, 0, 0, 0, 0, 1, 1, 2, 0, 0, 0, 0, 0, 0)
-frame = struct.pack("3Q2I9f2I32fI", 0, 0, 0, 16, 8, 0, 0, 1, 0.1, 100, 1, 0.016, 1, 1, 0, 0, *[0] * 32, 0)
-write("share", "color", head + resources + fields + frame)
+kind = {"motion": {"unit": "uv", "direction": "from_previous", "y": "up", "jittered": True}, "depth": {"encoding": "linear", "reversed": True}}
+frames = [{"color": f"c{i}.png", "depth": f"d{i}.exr", "motion": f"m{i}.exr", "jitter": [0.125 * i, -0.25]} for i in range(3)]
+plain = {"version": 1, "render_size": [16, 8], "scale": 2, "color_space": "srgb"}
+write("correction", "linear", json.dumps({**plain, **kind, "frames": frames}).encode())
+write("correction", "projective", json.dumps({
+    **plain, **kind, "depth": {"encoding": "projective", "reversed": False, "near": 0.1, "far": None},
+    "motion": {**kind["motion"], "unit": "pixels", "channels": ["X", "Y"]}, "frames": frames[:2]}).encode())
+write("correction", "color", json.dumps({**plain, "frames": [{"color": "c.png", "jitter": [0, 0]}]}).encode())
 
+for name, weights in (("filter", ""), ("network", "0123456789abcdef0123456789abcdef")):
+    write("checks", name, json.dumps({"format": "clarus-bench-checks", "version": 1, "checks": [
+        {"model": name, "scale": 2, "render_size": [16, 8], "checksum": weights, "sketch": [0.5, -0.25] * 32}]}).encode())
+
+write("tuning", "measured", json.dumps({"device": "a device", "driver": "1.0", "results": {
+    "convolution of 4x4/4 block 1 f32 2^7 to 4x4/4 block 1 f32 2^7 0123456789abcdef, 0123456789abcdef": {
+        "implementation": "winograd", "choices": {"TILES": 12, "ROWS": -1}, "seconds": 1e-3, "built_in_seconds": 2e-3},
+    "sum, 0": {"implementation": "plain", "choices": {}, "seconds": 1}}}).encode())
+
+write("placement", "two", json.dumps({"places": [0, 1, 1], "seconds": [0, 1e-3, 0.5]}).encode())
+
+
+# host/share/wire.h: heads, share_stream_packet, share_frame_header, and what else the two sides say.
+def said_head(kind, size, version=2):
+    return struct.pack("4I", 0x53524C43, version, kind, size)
+
+
+def pages(size):
+    return -(-size // 4096) * 4096
+
+
+def stream(resources, slots=3, policy=0, scale=2, shown=(0, 0), dynamic=0, user=0, flags=(0, 0, 0, 0, 0)):
+    """`resources`, of 10: type, channels, width, height, bytes of a row; None where there is none."""
+    described = b"".join(struct.pack("4IQ", *(each or (0,) * 5)) for each in resources)
+    slot = 4096 + pages(user) + sum(pages(each[3] * each[4]) for each in resources if each)
+    return said_head(2, 328) + described + struct.pack("7I3f4IQQ", slots, policy, *flags, 1, 1, scale, *shown, dynamic, 0, user, slot)
+
+
+def header(width=16, height=8, user=0, index=0, matrices=0):
+    return struct.pack("3Q2I9f2I32fI", index, 7, user, width, height, 0, -0.25, 1, 0.1, 100, 1, 0.016, 1, 1, 0, matrices,
+                       *[matrices] * 32, 0)
+
+
+def leave(reason, text):
+    return said_head(3, 276) + struct.pack("I256s", reason, text)
+
+
+def words(*values):
+    return struct.pack(f"{len(values)}Q", *values)
+
+
+color, nothing = (0, 3, 16, 8, 48), [None] * 9
+everything = [(2, 3, 16, 8, 192), (2, 1, 16, 8, 64), (1, 2, 16, 8, 64), (0, 1, 16, 8, 16), (3, 1, 16, 8, 32), (5, 3, 16, 8, 64),
+              (4, 4, 32, 16, 128), (0, 4, 32, 16, 128), (2, 1, 1, 1, 4), (1, 4, 8, 8, 64)]
+streams = {
+    "color": stream([color, *nothing]) + header(),
+    "everything": stream(everything, user=64, flags=(1, 1, 1, 1, 1), shown=(30, 16), scale=0) + header(user=64, matrices=1),
+    "newest": stream([color, *nothing], slots=2, policy=1) + header(),
+    "dynamic": stream([color, (6, 1, 16, 8, 64), *nothing[1:]], dynamic=1) + header(width=8, height=4),
+}
+for name, said in streams.items():
+    write("share", name, said)
+# Index i is in slot i: the words of the newest frame are i + 1 above, i below.
+newest = words(1 << 4, 2 << 4 | 1)
+write("share_reader", "color", streams["color"] + words(1, 3, 4) + leave(1, b"the end"))
+write("share_reader", "everything", streams["everything"] + words(0, 2, 3) + leave(2, b"another \x1b reader"))
+write("share_reader", "newest", streams["newest"] + newest + words(0))
+write("share_reader", "newest_skips", streams["newest"] + words(0, 2 << 4 | 1, 2 << 4 | 1) + leave(1, b""))
+write("share_reader", "dynamic", streams["dynamic"] + words(1))
+write("share_reader", "other_version", said_head(2, 328, version=3) + bytes(312))
+write("share_reader", "refusal", leave(2, b"it has an upscaler already"))
+hello = said_head(1, 16)
+for policy, name in enumerate(("every", "newest")):
+    first = bytes([2 * len(hello) + policy]) + hello
+    page = newest[:8] * 2 if policy else words(0, 1)
+    write("share_stream", name, first + page * 2 + leave(1, b"the end"))
+write("share_stream", "refusal", bytes([2 * len(hello)]) + hello + words(0, 0, 0, 1) + leave(4, b"nonsense"))
+write("share_stream", "other_version", bytes([2 * len(hello)]) + said_head(1, 16, version=3))
+write("share_stream", "leave", bytes([2 * 20]) + leave(1, b"")[:20])
+
+
+def film(name, *options):
+    """ffmpeg into seeds/video, without its version."""
+    folder = seeds / "video"
+    folder.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "lavfi", "-i", "testsrc=size=32x16:rate=25:duration=0.12", *options,
+                    "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-flags:a", "+bitexact", name],
+                   cwd=folder, check=True)
+
+
+film("h264.mp4", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-movflags", "+faststart")
+film("fragments.mp4", "-c:v", "mpeg4", "-movflags", "+frag_keyframe+empty_moov")
+film("sound.mkv", "-f", "lavfi", "-i", "sine=duration=0.12", "-c:v", "ffv1", "-pix_fmt", "yuv444p10", "-c:a", "pcm_s16le")
+film("vp9.webm", "-c:v", "libvpx-vp9")
+film("motion_jpeg.avi", "-c:v", "mjpeg", "-pix_fmt", "yuvj420p")
+film("raw.avi", "-c:v", "rawvideo", "-pix_fmt", "yuv420p", "-frames:v", "2")
 
 
 def draw(*arguments):
