@@ -4,11 +4,12 @@
 // pixels of sixteen output channels. Weights are the same for all work-items at any time, so that a device may read
 // them once for all.
 //
-// Options: CIN, COUT, KERNEL (odd), PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y, and those of convolution_int8.clh.
-// Work-items: (⌈width / PIXELS⌉, height). Packed biases are without what the zero point adds; weights are
-// [block][four input channels][tap][16][4] bytes.
+// Options: CIN, COUT, KERNEL (odd), PIXELS, CHUNK (a multiple of 4), WG_X, WG_Y, and those of convolution_int8.clh and
+// int8_products.clh. Work-items: (⌈width / PIXELS⌉, height). Packed biases are without what the zero point adds;
+// weights are [block][four input channels][tap][16][4] bytes.
 
 #include "convolution_int8.clh"
+#include "int8_products.clh"
 
 #define QUADS_IN ((CIN + 3) / 4)
 #define TAPS (KERNEL * KERNEL)
@@ -36,14 +37,6 @@ INLINE void stage(INPUT_PARAMETERS int x, int y, int first, float inverse_scale,
         const int px = x + i % PLANE % PATCH_WIDTH, py = y + i % PLANE / PATCH_WIDTH;
         patch[i] = INSIDE(IN, px, py) && c < CIN ? quad(INPUT px, py, c, inverse_scale, zero_point) : outside;
     }
-}
-
-// Adds four products to each of sixteen sums: numbers in a word, times weights in a word each.
-INLINE int16 add_products(int16 sum, uint numbers, int16 weights) {
-    sum += (int)(numbers & 255) * ((weights << 24) >> 24);
-    sum += (int)(numbers >> 8 & 255) * ((weights << 16) >> 24);
-    sum += (int)(numbers >> 16 & 255) * ((weights << 8) >> 24);
-    return sum + (int)(numbers >> 24) * (weights >> 24);
 }
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void convolution(

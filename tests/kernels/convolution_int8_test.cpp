@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "cl/context.h"
 #include "convolution_harness.h"
 #include "test_device.h"
 
@@ -161,6 +162,43 @@ Case with(Case test, bool reads_bytes, bool makes_bytes) {
     return test;
 }
 
+/// int8_products.clh, with the built-in function of cl_khr_integer_dot_product as it is defined where EMULATED.
+constexpr const char* kProducts = R"(
+#ifdef EMULATED
+#ifndef cl_khr_integer_dot_product
+#define cl_khr_integer_dot_product 1
+#endif
+#define dot_4x8packed_us_int emulated_dot
+int emulated_dot(uint a, uint b) {
+    const uchar4 numbers = as_uchar4(a);
+    const char4 weights = as_char4(b);
+    return numbers.x * weights.x + numbers.y * weights.y + numbers.z * weights.z + numbers.w * weights.w;
+}
+#endif
+#include "int8_products.clh"
+kernel void products(global int* sums, global const uint* numbers, global const int* weights) {
+    const int i = get_global_id(0);
+    vstore16(add_products(vload16(i, sums), numbers[i], vload16(i, weights)), i, sums);
+}
+)";
+
+/// What int8_products.clh makes of sums, 16 a word of numbers.
+std::vector<std::int32_t> with_products(const std::string& options, std::vector<std::int32_t> sums,
+                                        std::vector<std::uint32_t> numbers, std::vector<std::int32_t> weights) {
+    ocl::Context& context = test_device().context();
+    const auto buffer = [&](auto& values) {
+        return cl::Buffer(context.context(), CL_MEM_COPY_HOST_PTR, 4 * values.size(), values.data());
+    };
+    const cl::Buffer of_sums = buffer(sums), of_numbers = buffer(numbers), of_weights = buffer(weights);
+    cl::Kernel kernel(context.program_from_source("products.cl", kProducts, options), "products");
+    kernel.setArg(0, of_sums);
+    kernel.setArg(1, of_numbers);
+    kernel.setArg(2, of_weights);
+    context.queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(numbers.size()));
+    context.queue().enqueueReadBuffer(of_sums, CL_TRUE, 0, 4 * sums.size(), sums.data());
+    return sums;
+}
+
 }  // namespace
 
 TEST_CASE("convolutions in whole numbers are those of the definition, number for number") {
@@ -305,6 +343,26 @@ TEST_SUITE("small") {
         const Planes image = planes({4, 2, 3}, [&](int, int x, int y) { return values[3 * y + x]; });
         const Planes result = planes({4, 2, 3}, [&](int, int x, int y) { return read_as[3 * y + x]; });
         check_operator(problem_of(test, parameters), {image}, {}, result, 0);
+    }
+
+    TEST_CASE("four products at once, also by the built-in function of devices that have it") {
+        constexpr int kWords = 37;
+        std::mt19937 random(11);
+        std::vector<std::uint32_t> numbers{0, 0xffffffff, 0x80ff0001};
+        std::vector<std::int32_t> weights, sums, expected;
+        while (numbers.size() < kWords) numbers.push_back(random());
+        for (int i = 0; i < 16 * kWords; ++i) {
+            weights.push_back(i < 20 ? 0x7f80ff01 : static_cast<std::int32_t>(random()));
+            sums.push_back(static_cast<std::int32_t>(random()) / 2);
+            std::int32_t sum = sums[i];
+            for (int part = 0; part < 32; part += 8)
+                sum +=
+                    static_cast<std::uint8_t>(numbers[i / 16] >> part) * static_cast<std::int8_t>(weights[i] >> part);
+            expected.push_back(sum);
+        }
+        CHECK(with_products("", sums, numbers, weights) == expected);
+        const bool has = test_device().profile().int8_dot_product;
+        CHECK(with_products(has ? "-DDOT" : "-DDOT -DEMULATED", sums, numbers, weights) == expected);
     }
 
     TEST_CASE("a factor as a whole multiplier") {

@@ -163,6 +163,7 @@ std::vector<Choices> tiled_choices(const Problem& problem, const DeviceProfile& 
         const size_t work_items = static_cast<size_t>(width) * height;
         if (patch > profile.local_memory || work_items > profile.max_work_group_size) continue;
         result.push_back({{"WG_X", width}, {"WG_Y", height}, {"PIXELS", kPixels}, {"CHUNK", kChunk}});
+        if (profile.int8_dot_product) result.back()["DOT"] = 1;
     }
     return result;
 }
