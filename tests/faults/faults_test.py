@@ -48,7 +48,7 @@ def fault(name, number):
 def numbers(name, count, every):
     """Of the calls of a name, those that are to fail, one a run."""
     if name.startswith("allocation:"):
-        return [1]
+        return sorted({1, min(2, count), (count + 1) // 2, count}) if every else [1]
     if every and count <= MOST:
         return range(1, count + 1)
     if every:  # a loop's; how often it turns differs from run to run
