@@ -1,6 +1,7 @@
 """What models gain over bicubic on held-out sequences, as the clarus program computes both.
 
-python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdown] [--json FILE] [--device SELECTOR]
+python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdown] [--json FILE] [--results FILE]
+    [--device SELECTOR]
 
 DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. Two tables a model: what it
 gains over bicubic, and what it has. A scene's figures are means over its frames: of all, of those in segments marked
@@ -11,6 +12,7 @@ The last line is the mean over scenes; below it is whether the bars are met that
 """
 
 import argparse
+import datetime
 import json
 import os
 import subprocess
@@ -154,8 +156,10 @@ def evaluate(clarus, entries, directory, models, options):
             baseline = os.path.join(work, "bicubic")
             bicubic = measure(clarus, sequence, "bicubic", baseline, options)
             for model in models:
-                with tempfile.TemporaryDirectory(dir=work) as output:
-                    figures = measure(clarus, sequence, model, output, options, baseline)
+                figures = bicubic
+                if model != "bicubic":
+                    with tempfile.TemporaryDirectory(dir=work) as output:
+                        figures = measure(clarus, sequence, model, output, options, baseline)
                 rows[model].append(figures_of(entry, figures, bicubic))
                 print(f"{model}, {entry.name}: {rows[model][-1]['gain']:+.2f} dB", file=sys.stderr, flush=True)
                 details[model][entry.name] = {"model": figures["frames"], "bicubic": bicubic["frames"]}
@@ -164,6 +168,21 @@ def evaluate(clarus, entries, directory, models, options):
     for model in models:
         rows[model].append(mean_row(rows[model]))
     return rows, details
+
+
+def results(clarus, names, rows):
+    """What is kept of a run: the program, the time, the scenes' names, and every model's rows and mean."""
+
+    def kept(row):
+        return {name: round(value, 5) if isinstance(value, float) else value for name, value in row.items()}
+
+    return {
+        "format": "clarus-quality",
+        "program": run([clarus, "--version"]).splitlines()[0],
+        "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "scenes": names,
+        "models": {m: {"scenes": [kept(row) for row in of[:-1]], "mean": kept(of[-1])} for m, of in rows.items()},
+    }
 
 
 def main():
@@ -176,6 +195,7 @@ def main():
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
     parser.add_argument("--markdown", action="store_true", help="print the tables for a model card")
     parser.add_argument("--json", metavar="FILE", help="also write the figures, with every frame's, as JSON")
+    parser.add_argument("--results", metavar="FILE", help="also write the figures without the frames', as bench/results keeps them")
     arguments = parser.parse_args()
     entries = [e for e in manifest.read(arguments.manifest) if not arguments.only or e.name in arguments.only]
     if not entries:
@@ -189,6 +209,10 @@ def main():
         report = {m: {"scenes": rows[m][:-1], "mean": rows[m][-1], "frames": details[m]} for m in arguments.models}
         with open(arguments.json, "w") as file:
             json.dump(report, file, indent=1)
+    if arguments.results:
+        with open(arguments.results, "w") as file:
+            json.dump(results(arguments.clarus, [entry.name for entry in entries], rows), file, indent=1)
+            file.write("\n")
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ class Recipe(unittest.TestCase):
             mix = ["--mix", at("m2", "checkpoint.pt"), 0.25]
             run("-m", "clarus_training.export", at("m", "checkpoint.pt"), at("m.safetensors"), "--jitters", 16, *mix)
             evaluate = ["-m", "clarus_training.evaluate", TOOL, at("list.json"), at("data"), at("m.safetensors")]
-            tables = run(*evaluate, "--json", at("figures.json"), "--markdown")
+            tables = run(*evaluate, "--json", at("figures.json"), "--results", at("results.json"), "--markdown")
             self.assertIn("worse blocks in moving frames (%): ", tables)
             with open(at("figures.json")) as file:
                 (figures,) = json.load(file).values()
@@ -46,6 +46,12 @@ class Recipe(unittest.TestCase):
             self.assertGreater(figures["mean"]["psnr"], figures["mean"]["bicubic_psnr"] - 3)
             self.assertIsNotNone(figures["mean"]["moving_gain"])
             self.assertIsNotNone(figures["scenes"][0]["in_disoccluded_4_gain"])
+            with open(at("results.json")) as file:
+                results = json.load(file)
+            self.assertEqual((results["format"], results["scenes"]), ("clarus-quality", ["one"]))
+            (kept,) = results["models"].values()
+            self.assertEqual(sorted(kept), ["mean", "scenes"])
+            self.assertEqual(kept["mean"]["psnr"], round(figures["mean"]["psnr"], 5))
             psnr = run("-m", "clarus_training.validation", at("m.safetensors"), at("data", "one"))
             self.assertIn(f"{figures['mean']['psnr']:.1f}"[:3], psnr)
 
