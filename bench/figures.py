@@ -1,0 +1,179 @@
+#!/usr/bin/env python3
+"""Writes the tables of README.md, docs/ and the models' cards from bench/results: figures.py [--check].
+
+The table NAME stands between <!-- figures: NAME --> and <!-- end of figures -->. --check writes nothing and fails where
+one is not what the results give. bench/README.md says how results are recorded.
+"""
+
+import argparse
+import json
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "pipelines" / "training"))
+
+from clarus_training import evaluate  # noqa: E402
+
+QUALITY, BENCH = "bench/results/quality-x2.json", "bench/results/bench.json"
+DOCUMENTS = ["README.md", "docs/*.md", "pipelines/*/README.md"]
+BEGIN, END = "<!-- figures: ", "<!-- end of figures -->"
+BLOCK = re.compile(f"({BEGIN}(.*) -->\n)((?s:.*?))({END})")
+SIZE = [1920, 1080]  # of the output, where times are given
+MODELS = {  # name: what it is
+    "bicubic": "a filter of one frame",
+    "fsr1": "AMD's FSR 1, by its description",
+    "fsr2": "temporal, of FSR 2's class, no network; any scale",
+    "enss-s-x2": "Mercier et al. 2023, small",
+    "enss-m-x2": "medium",
+    "enss-l-x2": "large",
+}
+FILTERS = ["nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2"]
+ENSS = ["enss-s-x2", "enss-m-x2", "enss-l-x2"]
+ALL = [*FILTERS[1:], *ENSS]
+FIGURES = ["psnr", "gain", "moving_gain", "still_gain", "ssim", "pixel_std"]
+
+
+def fail(message):
+    raise SystemExit(f"figures: {message}")
+
+
+def read(name, form):
+    try:
+        found = json.loads((ROOT / name).read_text())
+    except (OSError, ValueError) as error:
+        fail(f"{name}: {error}")
+    if found.get("format") != form:
+        fail(f"{name}: not a file of format {form}")
+    return found
+
+
+class Results:
+    def __init__(self):
+        self.quality, self.bench = read(QUALITY, "clarus-quality"), read(BENCH, "clarus-bench")
+
+    def rows(self, model):
+        """A model's scenes and, last, their mean."""
+        if model not in self.quality["models"]:
+            fail(f"{QUALITY}: no model {model}")
+        of = self.quality["models"][model]
+        return [*of["scenes"], of["mean"]]
+
+    def mean(self, model, *figures):
+        """Cells; there is no gain of bicubic's over itself."""
+        row, cells = self.rows(model)[-1], []
+        for figure in figures:
+            if figure not in row:
+                fail(f"{QUALITY}: {model} has no {figure}")
+            form = {**evaluate.GAINS, **evaluate.ABSOLUTES}[figure][1]
+            known = row[figure] is not None and not (model == "bicubic" and figure.endswith("gain"))
+            cells.append(format(row[figure], form).replace("-", "−") if known else "–")
+        return cells
+
+    def cost(self, model):
+        """Cells: milliseconds, with a star where they were not steady, and MiB."""
+        for item in self.bench["items"]:
+            if (item["model"]["name"], item["output_size"], item["precision"]) == (model, SIZE, "fp32"):
+                if not item["score"]:
+                    fail(f"{BENCH}: {model} has no score: {item['no_score']}")
+                latency, memory = item["score"]["latency"], item["memory"]["total"] / 2**20
+                return [f"{1000 * latency['median']:.2f}{'' if latency['steady'] else '*'}", f"{memory:.1f}"]
+        fail(f"{BENCH}: no {model} at {SIZE[0]}x{SIZE[1]} in fp32")
+
+
+def table(heads, rows):
+    """Texts to the left, numbers, whose heads have a colon for that, to the right."""
+    rule = ["--:" if head.endswith(":") else "---" for head in heads]
+    lines = [[head.removesuffix(":") for head in heads], rule, *rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def origin(results):
+    host, device = results.bench["host"], results.bench["devices"][0]["profile"]
+    load = "" if host["load_average"] is None else f", load {host['load_average']:.1f} when the run began"
+    within = f"{100 * results.bench['suite']['steady_within']:.0f}"
+    return (
+        f"\nQuality: means of {len(results.quality['scenes'])} held-out scenes, {results.quality['date'][:10]}. "
+        f"Times: {device['name']}, {host['cores']} cores, {device['platform']} {device['driver_version']}, "
+        f"{results.bench['date'][:10]}{load}; *: not known to {within} %.\n"
+    )
+
+
+def short(results):
+    heads = ["×2", "what it is", "PSNR over bicubic, dB:", "flicker (pixel std):", "ms at 1080p:", "memory, MiB:"]
+    rows = [
+        [f"`{model}`", what, *results.mean(model, "gain", "pixel_std"), *results.cost(model)]
+        for model, what in MODELS.items()
+    ]
+    return table(heads, rows) + origin(results)
+
+
+def long(results):
+    heads = ["×2", "PSNR, dB:", "over bicubic:", "moving:", "still:", "SSIM:", "flicker (pixel std):", "ms:", "MiB:"]
+    return table(heads, [[f"`{m}`", *results.mean(m, *FIGURES), *results.cost(m)] for m in ALL]) + origin(results)
+
+
+def quality(models):
+    def of(results):
+        heads = ["×2", "PSNR, dB:", "over bicubic:", "moving:", "still:", "SSIM:", "flicker (pixel std):"]
+        return table(heads, [[f"`{model}`", *results.mean(model, *FIGURES)] for model in models])
+
+    return of
+
+
+def card(model):
+    def of(results):
+        rows = results.rows(model)
+        tables = [evaluate.table(rows, columns, markdown=True) for columns in (evaluate.GAINS, evaluate.ABSOLUTES)]
+        return "\n\n".join([*tables, evaluate.bars(rows)]) + "\n"
+
+    return of
+
+
+TABLES = {
+    "models": short,
+    "models in full": long,
+    "filters": quality(FILTERS),
+    "enss": quality(ENSS),
+    **{f"card of {model}": card(model) for model in ENSS},
+}
+
+
+def filled(name, text, results):
+    """A document with its tables as the results give them, and the names of those that were others."""
+    stale = []
+
+    def replace(match):
+        begin, table_name, old, end = match.groups()
+        if table_name not in TABLES:
+            fail(f"{name}: no table is called {table_name}; there are {', '.join(TABLES)}")
+        new = TABLES[table_name](results)
+        if new != old:
+            stale.append(table_name)
+        return begin + new + end
+
+    new, count = BLOCK.subn(replace, text)
+    if not count == text.count(BEGIN) == text.count(END):
+        fail(f"{name}: {BEGIN}NAME --> and {END} do not come in pairs")
+    return new, stale
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Write the documents' tables from bench/results.")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail where a table differs")
+    check = parser.parse_args().check
+    results, wrong = Results(), []
+    for path in sorted(path for pattern in DOCUMENTS for path in ROOT.glob(pattern)):
+        name, text = path.relative_to(ROOT), path.read_text()
+        new, stale = filled(name, text, results)
+        wrong += [f"{name}: {table_name}" for table_name in stale]
+        if stale and not check:
+            path.write_text(new)
+    for line in wrong:
+        print(line, "is not what the results give: bench/figures.py writes it" if check else "written")
+    sys.exit(1 if check and wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
