@@ -109,6 +109,17 @@ class Pictures(unittest.TestCase):
                 self.assertEqual(in_bytes.dtype, np.uint8)
                 np.testing.assert_array_equal(in_bytes, np.floor(np.clip(expected, 0, 1) * np.float32(255) + 0.5))
 
+    @unittest.skipUnless(torch and OpenImageIO, "python3-torch or python3-openimageio is missing")
+    def test_training_compares_the_library_with_its_twin(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([TOOL, "render", "--size", "%dx%d" % RENDER, "--frames", "3", "--output", folder], check=True,
+                           stdout=subprocess.DEVNULL)
+            told = subprocess.run(
+                [sys.executable, "-m", "clarus_training.validation", TREE / "pipelines/enss/weights" / f"{MODEL}.safetensors",
+                 folder, "--library", "--device", DEVICE], cwd=TREE / "pipelines/training", text=True, capture_output=True)
+            self.assertEqual(told.returncode, 0, told.stderr)
+            self.assertLess(float(re.search(r"differ from PyTorch's by (\S+) at most", told.stdout)[1]), 1e-4)
+
     def test_arrays_of_other_libraries(self):
         expected = upscaled()
         self.assertEqual(expected.shape, (OUTPUT[1], OUTPUT[0], 3))

@@ -1,6 +1,7 @@
 """The twin's PSNR on whole sequences, beside bicubic: python3 -m clarus_training.validation MODEL SEQUENCE...
 
-MODEL is a model file, or a training's checkpoint (.pt).
+MODEL is a model file, or a training's checkpoint (.pt). --library runs a model file in Clarus's library as well, by the
+Python package (docs/python.md), and says how far its outputs are from PyTorch's.
 """
 
 import argparse
@@ -22,8 +23,29 @@ def rounded(image):
     return (image * 255).round() / 255
 
 
-def run(network, sequence, frames=None):
-    """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them."""
+class Library:
+    """A model file in Clarus's library, for a sequence's frames in their order; `distance` is how far its outputs have been
+    from PyTorch's at most."""
+
+    def __init__(self, path, sequence, device):
+        import clarus  # which training does without
+
+        height, width = sequence.color.shape[1:3]
+        self._upscaler = clarus.Upscaler(
+            path, (width, height), scale=sequence.scale, device=device,
+            motion_sampled_at_jitter=sequence.motion_jitter is sequence.jitter)
+        self.distance = 0.0
+
+    def compare(self, frame, reset, output):
+        """Upscales a batch of one frame, of which PyTorch made `output`."""
+        color, depth, motion = (image[0].movedim(0, 2).contiguous().numpy() for image in frame[:3])
+        ours = torch.from_numpy(self._upscaler.upscale(color, depth, motion, jitter=frame.jitter, reset=reset))
+        self.distance = max(self.distance, (ours.movedim(2, 0) - output[0]).abs().max().item())
+
+
+def run(network, sequence, frames=None, library=None):
+    """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them. `library` has the same
+    frames to compare."""
     device = next(network.parameters()).device
     network.scale = sequence.scale
     figures, state = [], None
@@ -32,6 +54,8 @@ def run(network, sequence, frames=None):
             frame, reference = sequence.frame(t, device), sequence.images("reference", t, device)
             output, state = network.step(frame, None if sequence.reset[t] else state)
             bicubic = operators.keys_upsample(frame.color, sequence.scale, frame.jitter)
+            if library:
+                library.compare(frame, sequence.reset[t], output)
             figures.append((psnr(rounded(output), reference), psnr(rounded(bicubic), reference)))
     return figures
 
@@ -46,18 +70,25 @@ def main():
     parser.add_argument("sequences", nargs="+")
     parser.add_argument("--frames", type=int, help="only so many frames of each sequence")
     parser.add_argument("--per-frame", action="store_true")
+    parser.add_argument("--library", action="store_true", help="how far the library's outputs are from PyTorch's")
+    parser.add_argument("--device", default="auto", help="of the library; clarus devices lists them")
     arguments = parser.parse_args()
-    load = export.load_checkpoint if arguments.model.endswith(".pt") else model_file.load
-    network = load(arguments.model)
+    is_checkpoint = arguments.model.endswith(".pt")
+    if arguments.library and is_checkpoint:
+        parser.error(f"--library takes a model file, not {arguments.model}; clarus_training.export writes one")
+    network = (export.load_checkpoint if is_checkpoint else model_file.load)(arguments.model)
     means = []
     for sequence in find(arguments.sequences):
-        figures = run(network, sequence, arguments.frames)
+        library = Library(arguments.model, sequence, arguments.device) if arguments.library else None
+        figures = run(network, sequence, arguments.frames, library)
         if arguments.per_frame:
             for t, (ours, bicubic) in enumerate(figures):
                 print(f"  {t:4}  {ours:6.2f}  {bicubic:6.2f}  {ours - bicubic:+.2f}")
         ours, bicubic = (sum(column) / len(column) for column in zip(*figures))
         means.append((ours, bicubic))
         report(sequence.directory, ours, bicubic)
+        if library:
+            print(f"  the library's outputs differ from PyTorch's by {library.distance:.1e} at most", flush=True)
     if len(means) > 1:
         report("mean", *(sum(column) / len(column) for column in zip(*means)))
 
