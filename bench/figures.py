@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the tables of README.md, docs/ and the models' cards from bench/results: figures.py [--check].
+"""Writes the tables of README.md, docs/ and the models' cards from bench/results: figures.py [--check | --record BENCH].
 
 The table NAME stands between <!-- figures: NAME --> and <!-- end of figures -->. --check writes nothing and fails where
-one is not what the results give. bench/README.md says how results are recorded.
+one is not what the results give. --record first keeps the times of BENCH, a result of `clarus bench`, in bench/results.
+bench/README.md says how results are recorded.
 """
 
 import argparse
@@ -16,7 +17,7 @@ sys.path.append(str(ROOT / "pipelines" / "training"))
 
 from clarus_training import evaluate  # noqa: E402
 
-QUALITY, BENCH = "bench/results/quality-x2.json", "bench/results/bench.json"
+QUALITY, TIMES = "bench/results/quality-x2.json", "bench/results/times-1080p.json"
 DOCUMENTS = ["README.md", "docs/*.md", "pipelines/*/README.md"]
 BEGIN, END = "<!-- figures: ", "<!-- end of figures -->"
 BLOCK = re.compile(f"({BEGIN}(.*) -->\n)((?s:.*?))({END})")
@@ -51,7 +52,7 @@ def read(name, form):
 
 class Results:
     def __init__(self):
-        self.quality, self.bench = read(QUALITY, "clarus-quality"), read(BENCH, "clarus-bench")
+        self.quality, self.times = read(QUALITY, "clarus-quality"), read(TIMES, "clarus-times")
 
     def rows(self, model):
         """A model's scenes and, last, their mean."""
@@ -73,13 +74,49 @@ class Results:
 
     def cost(self, model):
         """Cells: milliseconds, with a star where they were not steady, and MiB."""
-        for item in self.bench["items"]:
-            if (item["model"]["name"], item["output_size"], item["precision"]) == (model, SIZE, "fp32"):
-                if not item["score"]:
-                    fail(f"{BENCH}: {model} has no score: {item['no_score']}")
-                latency, memory = item["score"]["latency"], item["memory"]["total"] / 2**20
-                return [f"{1000 * latency['median']:.2f}{'' if latency['steady'] else '*'}", f"{memory:.1f}"]
-        fail(f"{BENCH}: no {model} at {SIZE[0]}x{SIZE[1]} in fp32")
+        if model not in self.times["models"]:
+            fail(f"{TIMES}: no model {model}")
+        of = self.times["models"][model]
+        return [starred(of), f"{of['mib']:.1f}"]
+
+
+def starred(of):
+    return f"{of['ms']:.2f}{'' if of['steady'] else '*'}"
+
+
+def record(bench_file):
+    """Keeps of a result of `clarus bench` what the tables give: of its first device, at SIZE in fp32."""
+    bench, models = read(pathlib.Path(bench_file).resolve(), "clarus-bench"), {}
+    device = bench["devices"][0]
+    for item in bench["items"]:
+        if (item["device"], item["output_size"], item["precision"]) != (device["profile"]["selector"], SIZE, "fp32"):
+            continue
+        name = item["model"]["name"]
+        if not item["score"]:
+            fail(f"{bench_file}: {name} has no score: {item['no_score']}")
+        latency, start = item["score"]["latency"], item["start"] or {}
+        models[name] = {
+            "ms": 1000 * latency["median"],
+            "p95": 1000 * latency["p95"],
+            "steady": latency["steady"],
+            "frames_per_second": item["score"]["frames_per_second"]["median"],
+            "mib": item["memory"]["total"] / 2**20,
+            "cold": start.get("cold_seconds"),
+            "warm": start.get("warm_seconds"),
+            "other_size": start.get("other_size_seconds"),
+        }
+    if not models:
+        fail(f"{bench_file}: nothing at {SIZE[0]}x{SIZE[1]} in fp32")
+    profile, host = device["profile"], bench["host"]
+    found = {
+        "format": "clarus-times",
+        "source": f"clarus bench, {bench['suite']['commit']}",
+        "date": bench["date"][:10],
+        "device": f"{profile['name']}, {host['cores']} cores, {profile['platform']} {profile['driver_version']}",
+        "steady_within": bench["suite"]["steady_within"],
+        "models": models,
+    }
+    (ROOT / TIMES).write_text(json.dumps(found, indent=1) + "\n")
 
 
 def table(heads, rows):
@@ -89,15 +126,15 @@ def table(heads, rows):
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def origin(results):
-    host, device = results.bench["host"], results.bench["devices"][0]["profile"]
-    load = "" if host["load_average"] is None else f", load {host['load_average']:.1f} when the run began"
-    within = f"{100 * results.bench['suite']['steady_within']:.0f}"
-    return (
-        f"\nQuality: means of {len(results.quality['scenes'])} held-out scenes, {results.quality['date'][:10]}. "
-        f"Times: {device['name']}, {host['cores']} cores, {device['platform']} {device['driver_version']}, "
-        f"{results.bench['date'][:10]}{load}; *: not known to {within} %.\n"
-    )
+def times_of(results, models):
+    star = not all(results.times["models"][model]["steady"] for model in models)
+    within = f"; *: not known to {100 * results.times['steady_within']:.0f} %" if star else ""
+    return f"Times: {results.times['device']}, {results.times['date']}{within}.\n"
+
+
+def origin(results, models):
+    scenes, date = len(results.quality["scenes"]), results.quality["date"][:10]
+    return f"\nQuality: means of {scenes} held-out scenes, {date}. {times_of(results, models)}"
 
 
 def short(results):
@@ -106,12 +143,21 @@ def short(results):
         [f"`{model}`", what, *results.mean(model, "gain", "pixel_std"), *results.cost(model)]
         for model, what in MODELS.items()
     ]
-    return table(heads, rows) + origin(results)
+    return table(heads, rows) + origin(results, MODELS)
 
 
 def long(results):
     heads = ["×2", "PSNR, dB:", "over bicubic:", "moving:", "still:", "SSIM:", "flicker (pixel std):", "ms:", "MiB:"]
-    return table(heads, [[f"`{m}`", *results.mean(m, *FIGURES), *results.cost(m)] for m in ALL]) + origin(results)
+    return table(heads, [[f"`{m}`", *results.mean(m, *FIGURES), *results.cost(m)] for m in ALL]) + origin(results, ALL)
+
+
+def times(results):
+    heads = ["1920×1080 output, fp32", "ms:", "p95:", "frames a second:", "MiB:", "cold start, s:", "warm:", "at another size:"]
+    rows = []
+    for model, of in results.times["models"].items():
+        starts = [f"{of['cold']:.1f}", f"{of['warm']:.2f}", f"{of['other_size']:.2f}"] if of["cold"] else ["–"] * 3
+        rows.append([f"`{model}`", starred(of), f"{of['p95']:.2f}", f"{of['frames_per_second']:.1f}", f"{of['mib']:.1f}", *starts])
+    return table(heads, rows) + "\n" + times_of(results, results.times["models"])
 
 
 def quality(models):
@@ -134,6 +180,7 @@ def card(model):
 TABLES = {
     "models": short,
     "models in full": long,
+    "times": times,
     "filters": quality(FILTERS),
     "enss": quality(ENSS),
     **{f"card of {model}": card(model) for model in ENSS},
@@ -161,8 +208,13 @@ def filled(name, text, results):
 
 def main():
     parser = argparse.ArgumentParser(description="Write the documents' tables from bench/results.")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where a table differs")
-    check = parser.parse_args().check
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--check", action="store_true", help="write nothing; fail where a table differs")
+    either.add_argument("--record", metavar="BENCH", help="a result of clarus bench, whose times are kept")
+    arguments = parser.parse_args()
+    check = arguments.check
+    if arguments.record:
+        record(arguments.record)
     results, wrong = Results(), []
     for path in sorted(path for pattern in DOCUMENTS for path in ROOT.glob(pattern)):
         name, text = path.relative_to(ROOT), path.read_text()
