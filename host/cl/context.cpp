@@ -149,7 +149,7 @@ cl::Program Context::load_or_compile(std::span<const ProgramUnit> units, const s
     if (binary) {
         try {
             cl::Program program(context_, {device_}, {*binary});
-            build_program(program, device_);
+            build_program(program, device_, nullptr);
             return program;
         } catch (const cl::Error& error) {
             log(LogLevel::debug, "{}: the driver refuses the cached program ({}); it is compiled anew", describe(units),
