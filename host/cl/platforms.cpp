@@ -37,6 +37,12 @@ std::vector<cl::Platform> platforms() {
 
 }  // namespace
 
+void fail_without_device() {
+    fail(ErrorKind::no_device,
+         "OpenCL has a platform but no device. For the processor install PoCL (Debian: apt install pocl-opencl-icd); "
+         "where that is installed, it needs a folder for its cache that it may write to: POCL_CACHE_DIR names one");
+}
+
 std::string PlacedDevice::selector() const { return fmt::format("{}:{}", platform_index, device_index); }
 
 std::vector<PlacedDevice> placed_devices() {

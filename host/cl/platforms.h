@@ -23,6 +23,9 @@ struct PlacedDevice {
 /// where no platform has a device and one answered with an error.
 std::vector<PlacedDevice> placed_devices();
 
+/// For where there are none: the error no_device, with what helps.
+[[noreturn]] void fail_without_device();
+
 DeviceClass device_class(const cl::Device& device);
 
 /// A device that claims to be of every type, as Oclgrind's does.

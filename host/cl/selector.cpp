@@ -140,10 +140,7 @@ Wanted wanted_device(std::string_view selector, const std::vector<PlacedDevice>&
 std::vector<SelectedDevice> select_devices(std::string_view selectors) {
     return checked(fmt::format("select the device '{}'", selectors), [&] {
         const std::vector<PlacedDevice> all = placed_devices();
-        if (all.empty())
-            fail(ErrorKind::no_device,
-                 "OpenCL has a platform but no device. For the processor install PoCL (Debian: apt install "
-                 "pocl-opencl-icd)");
+        if (all.empty()) fail_without_device();
         std::vector<Wanted> wanted;
         std::vector<SelectedDevice> selected;
         for (const std::string_view selector : between_commas(selectors)) {

@@ -55,10 +55,7 @@ void print_table(const DeviceProfile& device) {
 
 void print_devices(bool as_json) {
     const std::vector<DeviceProfile> devices = list_devices();
-    if (devices.empty())
-        fail(ErrorKind::no_device,
-             "OpenCL has a platform but no device. For the processor install PoCL (Debian: apt install "
-             "pocl-opencl-icd)");
+    if (devices.empty()) ocl::fail_without_device();
     if (as_json) {
         auto list = nlohmann::ordered_json::array();
         for (const DeviceProfile& device : devices) list.push_back(measure::to_json(device));
