@@ -11,6 +11,7 @@
 
 #include "api/build_graph.h"
 #include "base/error.h"
+#include "base/nearest.h"
 #include "base/place.h"
 #include "io/onnx.h"
 #include "io/safetensors.h"
@@ -50,6 +51,15 @@ const pipelines::FilterPipeline* find_filter(std::string_view name) {
     const auto all = pipelines::filters();
     const auto found = std::ranges::find(all, name, &pipelines::FilterPipeline::name);
     return found == all.end() ? nullptr : &*found;
+}
+
+/// Where shipped models were looked for, if there are none at all.
+std::string without_models() {
+    if (!shipped_models().empty()) return "";
+    std::string folders;
+    for (const fs::path& folder : model_folders()) folders += (folders.empty() ? "" : ", ") + folder.string();
+    return fmt::format(". No model files are in {} (Debian: apt install clarus-models; CLARUS_MODEL_PATH names others)",
+                       folders);
 }
 
 std::string joined(const std::vector<std::string>& names) {
@@ -112,8 +122,14 @@ Model Model::find(const std::string& name_or_path, double scale) {
     if (is_path) return load(name_or_path, scale);
     for (const fs::path& file : shipped_models())
         if (file.stem() == name_or_path) return load(file.string(), scale);
-    fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors or .onnx file",
-         name_or_path, joined(names()));
+    const std::vector<std::string> known = names();
+    const std::vector<std::string_view> views(known.begin(), known.end());
+    const std::string_view meant = nearest(name_or_path, views);
+    if (!meant.empty())
+        fail(ErrorKind::invalid_argument, "no model is named \"{}\"; is it {}? There are: {}{}", name_or_path, meant,
+             joined(known), without_models());
+    fail(ErrorKind::invalid_argument, "no model is named \"{}\"; there are: {}; or give a .safetensors or .onnx file{}",
+         name_or_path, joined(known), without_models());
 }
 
 std::vector<std::string> Model::names() {

@@ -3,16 +3,20 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <sstream>
 #include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "base/explain.h"
+#include "base/nearest.h"
 #include "clarus/log.h"
 #include "clarus/version.h"
 #include "cli/commands.h"
@@ -37,6 +41,41 @@ spdlog::level::level_enum spdlog_level(clarus::LogLevel level) {
 }
 
 void report(std::string_view message) { fmt::print(stderr, "clarus: error: {}\n", clarus::cli::printable(message)); }
+
+/// The command that was given, as far as it is one: `clarus bench compare`.
+const CLI::App& innermost(const CLI::App& app) {
+    const std::vector<CLI::App*> given = app.get_subcommands();
+    return given.empty() ? app : innermost(*given.back());
+}
+
+std::string full_name(const CLI::App& command) {
+    return command.get_parent() ? full_name(*command.get_parent()) + " " + command.get_name() : command.get_name();
+}
+
+/// What a command takes: options and commands below it.
+std::vector<std::string> words_of(const CLI::App& command) {
+    std::vector<std::string> words;
+    for (const CLI::Option* option : command.get_options())
+        for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
+    for (const CLI::App* below : command.get_subcommands({})) words.push_back(below->get_name());
+    return words;
+}
+
+/// Words that the command does not know go before what is missing: they may be that, misspelt.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
+    const CLI::App& command = innermost(app);
+    const std::vector<std::string> unknown = app.remaining(true);
+    std::string text = error.what();
+    const auto kind = static_cast<CLI::ExitCodes>(error.get_exit_code());
+    if (!unknown.empty() && (kind == CLI::ExitCodes::RequiredError || kind == CLI::ExitCodes::ExtrasError)) {
+        text = fmt::format("{} does not take {}", full_name(command), fmt::join(unknown, " "));
+        const std::vector<std::string> words = words_of(command);
+        const std::vector<std::string_view> views(words.begin(), words.end());
+        const std::string_view meant = clarus::nearest(unknown.front(), views);
+        if (!meant.empty()) text += fmt::format("; is it {}?", meant);
+    }
+    return fmt::format("{}\n`{} --help` lists options", text, full_name(command));
+}
 
 /// A stream that is closed would otherwise be the first file that is opened.
 void fill_standard_streams() {
@@ -86,14 +125,26 @@ int run(int argc, char** argv) {
     clarus::cli::add_play_command(app);
     clarus::cli::add_relay_command(app);
 
+    if (argc < 2) {
+        fmt::print(stderr, "{}", app.help());
+        return exit_usage;
+    }
+    std::vector<std::string> words(argv + 1, argv + argc);
+    if (words.front() == "help") {
+        words.erase(words.begin());
+        words.emplace_back("--help");
+    }
+    std::ranges::reverse(words);  // as CLI11 takes them
+
     int result = 0;
     try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {  // help and the version, too
-        std::ostringstream complaint;
-        const bool is_wrong = app.exit(error, std::cout, complaint) != 0;
-        fmt::print(stderr, "{}", clarus::cli::printable(complaint.str()));
-        if (is_wrong) return exit_usage;
+        app.parse(std::move(words));
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() != 0) {
+            report(complaint(app, error));
+            return exit_usage;
+        }
+        app.exit(error);  // prints help, or the version
     } catch (const clarus::cli::FoundWrong&) {
         result = exit_failure;
     }
