@@ -288,9 +288,11 @@ std::vector<std::string> missing_figures(std::span<const std::filesystem::path> 
                             : "No figures in masks: a folder of images has no depth and motion.");
     const auto baseline = baseline_of(folders, options);
     if (!baseline)
-        lines.push_back("No worse blocks: none of the results is bicubic's, and no --baseline is given.");
+        lines.push_back(
+            "Blocks worse than a baseline's are not counted: none of the results is bicubic's, and no --baseline is "
+            "given.");
     else if (folders.size() == 1 && is_same(folders.front(), *baseline))
-        lines.push_back("No worse blocks: the only result is the baseline.");
+        lines.push_back("Blocks worse than a baseline's are not counted: the only result is the baseline.");
     return lines;
 }
 

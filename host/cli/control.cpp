@@ -47,9 +47,12 @@ void print_state(const json& state) {
                    state["scale"].get<double>(), size_text(state["render_size"]), size_text(state["output_size"]),
                    state["device"].get<std::string>(),
                    state["copies"].get<bool>() ? "" : ", which reads frames where the renderer left them");
-    fmt::print("{} frames, {} skipped; the last took {:.2f} ms each, {:.1f} a second\n", state["frames"].get<int64_t>(),
-               state["skipped"].get<int64_t>(), state["milliseconds"].get<double>(),
-               state["frames_per_second"].get<double>());
+    const auto frames = state["frames"].get<int64_t>();
+    fmt::print("{} frames, {} skipped", frames, state["skipped"].get<int64_t>());
+    if (frames > 0)
+        fmt::print("; the last took {:.2f} ms each, {:.1f} a second", state["milliseconds"].get<double>(),
+                   state["frames_per_second"].get<double>());
+    fmt::print("\n");
     fmt::print("renderers so far: {}; changes: {}\n", state["connections"].get<int64_t>(),
                state["changes"].get<int64_t>());
 }

@@ -66,6 +66,9 @@ void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const
     if (!output.writer && folders_of(images_of(sequence)).contains(resolved(output.folder)))
         fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
              output.folder.string());
+    if (!output.writer && resolved(output.folder) == resolved(folder_of(sequence.folder / "")))
+        fail(ErrorKind::invalid_argument, "--output {} is the sequence's own folder; name another",
+             output.folder.string());
 
     TakenFiles taken;
     taken.add(sequence_path, sequence);

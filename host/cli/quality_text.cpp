@@ -203,8 +203,11 @@ std::string quality_table(std::span<const NamedQuality> results, bool emphasise)
 std::string places_tables(std::span<const NamedQuality> results, bool emphasise) {
     const std::string psnr = table_of(Table::psnr_in_places, results, emphasise);
     const std::string ssim = table_of(Table::ssim_in_places, results, emphasise);
-    return (psnr.empty() ? "" : "\nPSNR (dB) in places; blocks worse than the baseline's\n" + psnr) +
-           (ssim.empty() ? "" : "\nSSIM in places\n" + ssim);
+    const bool has_baseline = std::ranges::any_of(
+        results, [](const NamedQuality& result) { return result.quality.worse_blocks.has_value(); });
+    const std::string heading =
+        fmt::format("\nPSNR (dB) in places{}\n", has_baseline ? "; blocks worse than the baseline's" : "");
+    return (psnr.empty() ? "" : heading + psnr) + (ssim.empty() ? "" : "\nSSIM in places\n" + ssim);
 }
 
 std::string quality_csv(std::span<const NamedQuality> results) {

@@ -109,9 +109,9 @@ void RunReport::warn_of_input() const {
 void RunReport::print_summary() const {
     std::vector<std::string> names;
     for (const DeviceProfile& device : devices) names.push_back(device.name);
-    fmt::print("{} frames of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
-               output_size.width, output_size.height, model.name(), fmt::join(names, " and "),
-               frames_seconds * 1e3 / static_cast<double>(frames.size()));
+    fmt::print("{} {} of {}x{} by {} on {}: {:.1f} ms a frame with reading and writing", frames.size(),
+               frames.size() == 1 ? "frame" : "frames", output_size.width, output_size.height, model.name(),
+               fmt::join(names, " and "), frames_seconds * 1e3 / static_cast<double>(frames.size()));
     if (!stages.empty()) {
         std::vector<std::string> times;
         for (size_t device = 0; device < devices.size(); ++device)

@@ -26,10 +26,10 @@ Layout guess(const std::filesystem::path& path) {
             path.string(), path.string());
     if (!exists(path)) fail(ErrorKind::file, "cannot read the sequence {}: no such file or folder", path.string());
     fail(ErrorKind::file,
-         "cannot tell the layout of the sequence {}: name it (native: a folder with sequence.json; qrisp: "
+         "cannot tell the layout of the sequence {}{}: name it (native: a folder with sequence.json; qrisp: "
          "<scene>/<540p|360p|270p>/MipBias…Jittered/<segment>; nss: <dataset>/<sequence>.json; images: a folder of "
          "them, or one)",
-         path.string());
+         path.string(), is_directory(path) ? ", which has neither sequence.json nor images of its own" : "");
 }
 
 }  // namespace

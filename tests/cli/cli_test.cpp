@@ -1004,8 +1004,8 @@ TEST_CASE("compare prints one table of several results") {
     REQUIRE(lines.size() > 6);
     CHECK(lines[4].empty());
     CHECK(contains(lines[5], "PSNR (dB) in places"));
-    for (const char* line :
-         {"No figures in masks: the sequence has no reference_depth", "No worse blocks: none of the"})
+    for (const char* line : {"No figures in masks: the sequence has no reference_depth",
+                             "Blocks worse than a baseline's are not counted: none of the"})
         CHECK_MESSAGE(contains(table.out, line), table.out);
     CHECK_FALSE(contains(table.out, "disoccl"));
     for (size_t i = 0; i < 3; ++i) {
@@ -1449,7 +1449,21 @@ TEST_CASE("wrong usage is told apart from failure") {
     const Workplace place;
     CHECK(place.upscale("bicubic", {"--precision", "fp8"}).exit_code == 2);
     CHECK(place.upscale("bicubic", {"--frames", "3"}).exit_code == 2);
+    CHECK(contains(run_tool({}).err, "upscale"));
     CHECK(run_tool({"upscale", "--help"}).exit_code == 0);
+    CHECK(run_tool({"help", "upscale"}).out == run_tool({"upscale", "--help"}).out);
+    for (const auto& [words, complaint] : {
+             std::pair{std::vector<std::string>{"upscale", "s", "--modle", "fsr2"},
+                       "clarus: error: clarus upscale does not take --modle fsr2; is it --model?"},
+             {{"upscal", "s"}, "clarus: error: clarus does not take upscal s; is it upscale?"},
+             {{"bench", "compar"}, "clarus: error: clarus bench does not take compar; is it compare?"},
+             {{"upscale", "s", "-o", "o"}, "clarus: error: --model is required"},
+         }) {
+        const Outcome outcome = run_tool(words);
+        CHECK(outcome.exit_code == 2);
+        CHECK_MESSAGE(contains(outcome.err, complaint), outcome.err);
+    }
+    CHECK(contains(place.upscale("ENSS-SX2", {}).err, "no model is named \"ENSS-SX2\"; is it enss-s-x2? There are: "));
     CHECK(run_tool({"--version"}).out.starts_with("clarus 0."));
     CHECK(contains(run_tool({"--version"}).out, ", fmt "));
 }
@@ -1641,6 +1655,15 @@ TEST_CASE("an output folder that cannot be written is found before anything is c
         CHECK(outcome.exit_code == 1);
         CHECK_MESSAGE(contains(outcome.err, folder + " holds images of the sequence"), outcome.err);
         CHECK(io::read_file(picture) == before);
+    }
+    SUBCASE("it is the sequence's own") {
+        const std::string folder = place.sequence().string();
+        for (const std::string& output : {folder, folder + "/"}) {
+            const Outcome outcome =
+                run_tool({"upscale", sequence, "--model", "bicubic", "--output", output, "--device", test_selector()});
+            CHECK(outcome.exit_code == 1);
+            CHECK_MESSAGE(contains(outcome.err, output + " is the sequence's own folder"), outcome.err);
+        }
     }
     SUBCASE("nothing can be made there") {  // for the superuser, too
         const Outcome outcome = run_tool(
