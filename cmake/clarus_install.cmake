@@ -15,10 +15,15 @@ install(FILES ${generated}/clarusConfig.cmake ${generated}/clarusConfigVersion.c
         DESTINATION ${package_folder} COMPONENT development)
 
 file(RELATIVE_PATH prefix_from_pc ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
-foreach(name clarus clarus-share)
+foreach(name clarus clarus-static clarus-share)
   configure_file(${package}/${name}.pc.in ${generated}/${name}.pc @ONLY)
   install(FILES ${generated}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 endforeach()
+
+# What messages of the command refer to.
+if(TARGET clarus_tool)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/clarus COMPONENT tool)
+endif()
 
 # A component, its Debian package, and what it is.
 set(CPACK_COMPONENTS_ALL "")
@@ -58,7 +63,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "clarus-models, pocl-opencl-icd | op
 set(CPACK_DEBIAN_TOOL_PACKAGE_RECOMMENDS "clarus-models, pocl-opencl-icd | opencl-icd")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "libclarus${PROJECT_VERSION_MAJOR} ${same}, libclarus-share${PROJECT_VERSION_MAJOR} ${same}")
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "ocl-icd-opencl-dev, libclblast-dev, libfmt-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS "ocl-icd-opencl-dev, libclblast-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_SHARE_PACKAGE_SECTION libs)

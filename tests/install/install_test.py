@@ -94,7 +94,15 @@ class Installed(unittest.TestCase):
             flags = output_of("pkg-config", "--cflags", "--libs", "clarus", env=environment).split()
             output_of(*compiler, os.path.join(BUILD, "tests", "readme_example_" + name), "-o", program, *flags)
             self.run_example(program, LD_LIBRARY_PATH=library_path)
+        program = os.path.join(self.folder, "by_pkg_config_static")
+        flags = output_of("pkg-config", "--cflags", "--libs", "clarus-static", env=environment).split()
+        output_of("c++", "-std=c++20", os.path.join(BUILD, "tests", "readme_example_cpp.cpp"), "-o", program, *flags)
+        self.assertNotIn("libclarus", output_of("readelf", "-d", program))
+        self.run_example(program, CLARUS_MODEL_PATH=os.path.dirname(found(self.prefix, "/models/enss-s-x2.safetensors")))
         self.assertIn("-lclarus_share", output_of("pkg-config", "--libs", "clarus-share", env=environment))
+
+    def test_documents_are_where_messages_refer_to(self):
+        self.assertTrue(os.path.exists(os.path.join(self.prefix, "share/doc/clarus/docs/choosing-a-model.md")))
 
     def test_nothing_leads_to_the_build(self):
         for folder, _, names in os.walk(self.prefix):
