@@ -202,17 +202,17 @@ void add_bench_command(CLI::App& app) {
     CLI::App& command = *app.add_subcommand("bench", "Measure models on devices; `bench compare` compares results");
     const auto options = std::make_shared<Options>();
     measure::BenchOptions& bench_options = options->bench;
-    command.add_option("-o,--output", options->output, "The result: bench-DATE.json here unless told")
+    command.add_option("-o,--output", options->output, "The result: bench-DATE.json here by default")
         ->type_name("FILE");
     using measure::Profile;
     add_choice<Profile, Profile>(
         command, "--profile", bench_options.profile,
         {{"quick", Profile::quick}, {"full", Profile::full}, {"sustained", Profile::sustained}},
-        "quick unless told: every model at its smallest scale, 1080p. full: all of them at the papers' sizes and every "
+        "quick by default: every model at its smallest scale, 1080p. full: all of them at the papers' sizes and every "
         "precision, for hours on a processor. sustained: one model for minutes, to see a device slow down");
     command
         .add_option("--devices", bench_options.devices,
-                    "auto, gpu, cpu, an index or a part of a name each; all but simulators unless told")
+                    "auto, gpu, cpu, an index or a part of a name each; all but simulators by default")
         ->type_name("A,B")
         ->delimiter(',');
     command.add_option("--models", bench_options.models, "Names from `clarus models`, or model files")
@@ -224,7 +224,7 @@ void add_bench_command(CLI::App& app) {
     command.add_option("--precision", options->precisions, "fp32, fp16 or both")->type_name("A,B")->delimiter(',');
     command
         .add_option("--seconds", bench_options.seconds,
-                    "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained unless told")
+                    "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained by default")
         ->type_name("S")
         ->check(CLI::PositiveNumber);
     CLI::Option* const tuning = add_choice<Tuning, Tuning>(

@@ -110,7 +110,7 @@ void ContactSheet::add_to(CLI::App& command) {
     CLI::Option& sheet =
         *command.add_option("--sheet", file, "Also a picture of one frame, the results and the reference side by side")
              ->type_name("FILE");
-    command.add_option("--sheet-frame", frame, "Its name, such as 0012; the first unless told")->needs(&sheet);
+    command.add_option("--sheet-frame", frame, "Its name, such as 0012; the first by default")->needs(&sheet);
     command
         .add_option_function<std::vector<std::string>>(
             "--crop",
@@ -121,11 +121,11 @@ void ContactSheet::add_to(CLI::App& command) {
         ->type_name("X,Y,W,H")
         ->allow_extra_args(false)
         ->needs(&sheet);
-    command.add_option("--sheet-columns", columns, "Pictures in a row of the sheet; all of them unless told")
+    command.add_option("--sheet-columns", columns, "Pictures in a row of the sheet; all of them by default")
         ->check(CLI::PositiveNumber)
         ->needs(&sheet);
     command
-        .add_option("--column-width", column_width, "Of the sheet's pictures, in pixels; the images' width unless told")
+        .add_option("--column-width", column_width, "Of the sheet's pictures, in pixels; the images' width by default")
         ->check(CLI::Range(16, 16384))
         ->needs(&sheet);
 }

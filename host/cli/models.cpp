@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "base/error.h"
 #include "clarus/model.h"
@@ -36,6 +38,39 @@ std::string scale_text(const Model& model) {
     return std::isinf(scales.largest) ? "any" : fmt::format("{:g}-{:g}", scales.smallest, scales.largest);
 }
 
+nlohmann::ordered_json to_json(const Model& model) {
+    const ScaleRange scales = model.scales();
+    auto options = nlohmann::ordered_json::array();
+    for (const PipelineOption& option : model.options())
+        options.push_back({{"name", option.name},
+                           {"help", option.help},
+                           {"smallest", option.smallest},
+                           {"largest", option.largest},
+                           {"default", option.usual}});
+    nlohmann::ordered_json json = {
+        {"name", model.name()}, {"pipeline", model.pipeline()}, {"smallest_scale", scales.smallest}};
+    json["largest_scale"] =
+        std::isinf(scales.largest) ? nlohmann::ordered_json() : nlohmann::ordered_json(scales.largest);
+    json["parameters"] = model.tensors() ? model.tensors()->elements() : 0;
+    json["file"] =
+        model.tensors() ? nlohmann::ordered_json(model.tensors()->path().string()) : nlohmann::ordered_json();
+    json["metadata"] = model.metadata();
+    json["options"] = std::move(options);
+    return json;
+}
+
+void print_models_as_json() {
+    auto list = nlohmann::ordered_json::array();
+    for (const std::string& name : Model::names()) {
+        try {
+            list.push_back(to_json(Model::find(name)));
+        } catch (const Error& error) {
+            list.push_back({{"name", name}, {"error", error.what()}});
+        }
+    }
+    fmt::print("{}\n", list.dump(2));
+}
+
 void print_models() {
     fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
     for (const std::string& name : Model::names()) {
@@ -56,7 +91,7 @@ void print_options(const Model& model) {
     if (model.options().empty()) return;
     fmt::print("\noptions\n");
     for (const PipelineOption& option : model.options())
-        fmt::print("  {}: {}; {}, {:g} unless told\n", option.name, option.help, option.range(), option.usual);
+        fmt::print("  {}: {}; {}, {:g} by default\n", option.name, option.help, option.range(), option.usual);
 }
 
 /// As a file that is read where ONNX is not.
@@ -82,7 +117,7 @@ void print_model(const std::string& name) {
         return;
     }
     if (!model.scales().is_single())
-        fmt::print("--scale may be any number from {:g} to {:g}; it is the sequence's unless told.\n",
+        fmt::print("--scale may be any number from {:g} to {:g}; it is the sequence's by default.\n",
                    model.scales().smallest, model.scales().largest);
     fmt::print("file: {}\n\nmetadata\n", tensors->path().string());
     for (const auto& [key, value] : model.metadata()) fmt::print("  {}: {}\n", key, value);
@@ -98,8 +133,14 @@ void print_model(const std::string& name) {
 void add_models_command(CLI::App& app) {
     CLI::App& command =
         *app.add_subcommand("models", "List the shipped models and the filters, and the options they have");
-    command.footer("Models are also looked for in the folders that CLARUS_MODEL_PATH names, separated by ':'.");
-    command.callback(print_models);
+    command.footer(
+        "Models are also looked for in the folders that CLARUS_MODEL_PATH names, separated by ':'.\n\n"
+        "Examples:\n  clarus models\n  clarus models --json | jq -r '.[].name'");
+    const auto as_json = std::make_shared<bool>(false);
+    command.add_flag("--json", *as_json,
+                     "A list for programs: name, pipeline, smallest and largest scale (null: any), parameters, file, "
+                     "metadata, options");
+    command.callback([as_json] { *as_json ? print_models_as_json() : print_models(); });
 }
 
 void add_model_command(CLI::App& app) {

@@ -50,8 +50,8 @@ std::vector<PipelineFlag> pipeline_flags() {
     std::vector<PipelineFlag> flags;
     for (const Declared& each : all)
         flags.push_back({each.option.name, flag_of(each.option.name),
-                         fmt::format("For {}: {}; {}, {} unless told", fmt::join(each.pipelines, ", "),
-                                     each.option.help, each.option.range(), each.usual_text())});
+                         fmt::format("For {}: {}; {}, {} by default", fmt::join(each.pipelines, ", "), each.option.help,
+                                     each.option.range(), each.usual_text())});
     return flags;
 }
 

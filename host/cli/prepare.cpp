@@ -70,10 +70,10 @@ void add_prepare_command(CLI::App& app) {
     CLI::Option* all = command.add_flag("--all", options->all, "Every model and filter that `clarus models` lists");
     models->excludes(all);
     command
-        .add_option("--device", options->devices, "auto, gpu, cpu, an index or a part of a name each; auto unless told")
+        .add_option("--device", options->devices, "auto, gpu, cpu, an index or a part of a name each; auto by default")
         ->type_name("A,B")
         ->delimiter(',');
-    command.add_option("--precision", options->precisions, "fp32, fp16 or both; fp32 unless told")
+    command.add_option("--precision", options->precisions, "fp32, fp16 or both; fp32 by default")
         ->type_name("A,B")
         ->delimiter(',');
     command.footer(

@@ -248,7 +248,7 @@ void add_quantize_command(CLI::App& app) {
         ->delimiter(',');
     command
         .add_option("--percentile", options->percentile,
-                    "Layers read what is within so many per cent of the samples; unless told, 100, 99.999, 99.99, 99.9 "
+                    "Layers read what is within so many per cent of the samples; by default 100, 99.999, 99.99, 99.9 "
                     "and what is best for each layer are tried, and what changes the output least is taken")
         ->type_name("P")
         ->check(CLI::Range(50.0, 100.0));

@@ -187,7 +187,7 @@ void add_serve_command(CLI::App& app) {
     add_choice<Precision, Precision>(
         command, "--precision", settings.precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
-        "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
+        "fp32 by default; how intermediates are stored; auto: fp16 where the device has half arithmetic");
     command
         .add_option("--sharpen", settings.sharpen,
                     "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")

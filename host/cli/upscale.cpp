@@ -86,7 +86,7 @@ Format output_format(const UpscaleOptions& options, const OutputTarget& target, 
     return format;
 }
 
-/// As exact as colour is, unless told. Errors: invalid_argument for bits that the format has not.
+/// As exact as colour is, by default. Errors: invalid_argument for bits that the format has not.
 io::SampleType output_type(const std::optional<int>& bits, Format format, const OutputTarget& target,
                            io::SampleType color) {
     if (bits && target.is_video())
@@ -475,7 +475,7 @@ void add_upscale_command(CLI::App& app) {
     add_choice<Precision, Precision>(
         command, "--precision", options->settings.precision,
         {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
-        "fp32 unless told; how intermediates are stored; auto: fp16 where the device has half arithmetic");
+        "fp32 by default; how intermediates are stored; auto: fp16 where the device has half arithmetic");
     add_choice<Tuning, Tuning>(
         command, "--tuning", options->settings.tuning,
         {{"stored", Tuning::stored},
@@ -541,7 +541,7 @@ void add_upscale_command(CLI::App& app) {
                      "of its last frame: the bytes are those of one run");
     command
         .add_option("--save-every", options->save_every,
-                    "Between the states from which --resume can go on, 0 for one a frame, at most 1e6; unless told 10, "
+                    "Between the states from which --resume can go on, 0 for one a frame, at most 1e6; by default 10, "
                     "longer where writing would take more than 5 % of the time")
         ->type_name("SECONDS")
         ->check(CLI::Range(0.0, 1e6).description(""));

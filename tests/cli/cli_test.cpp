@@ -13,6 +13,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -1365,7 +1366,7 @@ TEST_CASE("models and model describe what there is") {
     CHECK(contains(one.out, "pipeline enss, scale 2"));
     CHECK(contains(one.out, "last.bias"));
     const Outcome several = run_tool({"model", CLARUS_GOLDEN_DIR "/nsrr_x2_rgb.model.safetensors"});
-    CHECK(contains(several.out, "a whole number from 0 to 2, 2 unless told"));
+    CHECK(contains(several.out, "a whole number from 0 to 2, 2 by default"));
     const Outcome none = run_tool({"model", "no-such-model"});
     CHECK(none.exit_code == 1);
     CHECK(contains(none.err, "no-such-model"));
@@ -1379,8 +1380,8 @@ TEST_CASE("what pipelines let choose is an option of upscale, and listed") {
         CHECK(contains(list, flag));
     }
     CHECK(contains(list, "For fsr1, fsr2: "));
-    CHECK(contains(list, "from 0 to 1, 0.87 (fsr1), 0 (fsr2) unless told"));
-    CHECK(contains(list, "a whole number from 0 to 4, the model's unless told"));
+    CHECK(contains(list, "from 0 to 1, 0.87 (fsr1), 0 (fsr2) by default"));
+    CHECK(contains(list, "a whole number from 0 to 4, the model's by default"));
     const Workplace untouched;
     check_refused(untouched, untouched.upscale("fsr2", {"--previous-frames", "1"}),
                   "fsr2 has no option previous_frames; it has: sharpness");
@@ -1397,6 +1398,17 @@ TEST_CASE("models lists a damaged file with what is wrong, and goes on") {
     CHECK(contains(list.out.substr(damaged, list.out.find('\n', damaged + 1) - damaged), "damaged.safetensors"));
     CHECK(whole != std::string::npos);
     CHECK(contains(list.out, "bicubic"));
+
+    const Outcome told = run_tool_after("CLARUS_MODEL_PATH='" + folder.path().string() + "'", {"models", "--json"});
+    CHECK(told.exit_code == 0);
+    std::map<std::string, json> models;
+    for (const json& model : json::parse(told.out)) models[model["name"]] = model;
+    CHECK(contains(models["damaged"]["error"], "damaged.safetensors"));
+    CHECK(models["whole"]["pipeline"] == "enss");
+    CHECK(models["whole"]["largest_scale"] == 2);
+    CHECK(models["whole"]["file"] == (folder / "whole.safetensors").string());
+    CHECK(models["bicubic"]["largest_scale"].is_null());
+    CHECK(models["fsr2"]["options"].size() > 0);
 }
 
 TEST_CASE("a tool without its modules does what needs none, and names what it lacks") {
