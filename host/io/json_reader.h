@@ -48,8 +48,11 @@ class JsonNode {
     T choice(std::initializer_list<std::pair<const char*, T>> words) const {
         std::string allowed;
         for (const auto& [word, meaning] : words) {
-            if (*value_ == word) return meaning;
-            allowed += (allowed.empty() ? "\"" : ", \"") + std::string(word) + '"';
+            // nlohmann's own comparison makes a value of the word, and ends the process where memory does.
+            if (value_->is_string() && value_->get_ref<const std::string&>() == word) return meaning;
+            allowed += allowed.empty() ? "\"" : ", \"";
+            allowed += word;
+            allowed += '"';
         }
         refuse((words.size() > 1 ? "one of " : "") + allowed);
     }
