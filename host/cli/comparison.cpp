@@ -86,7 +86,9 @@ bool is_bicubic(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(file)) return false;
     const auto report = io::try_parse_json(io::read_file(file));
     const nlohmann::json::json_pointer name("/model/name");
-    return report && report->contains(name) && (*report)[name] == "bicubic";
+    if (!report || !report->contains(name)) return false;
+    const nlohmann::json& model = (*report)[name];
+    return model.is_string() && model.get_ref<const std::string&>() == "bicubic";
 }
 
 // What one result's frames are measured with; `inter_frame` and `is_static` are of this frame and the one before it.
