@@ -15,6 +15,7 @@ install(FILES ${generated}/clarusConfig.cmake ${generated}/clarusConfigVersion.c
         DESTINATION ${package_folder} COMPONENT development)
 
 file(RELATIVE_PATH prefix_from_pc ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+set(static_libraries "-lclblast -lfmt -lOpenCL -lstdc++ -lm -ldl -pthread")
 foreach(name clarus clarus-static clarus-share)
   configure_file(${package}/${name}.pc.in ${generated}/${name}.pc @ONLY)
   install(FILES ${generated}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
