@@ -5,22 +5,14 @@
 #include <array>
 #include <cstring>
 #include <memory>
-#include <span>
 #include <string>
 
+#include "bytes.h"
 #include "share/endpoint.h"
 #include "share/layout.h"
 #include "share/memory.h"
 
 namespace {
-
-using Bytes = std::span<const uint8_t>;
-
-Bytes take(Bytes& bytes, size_t count) {
-    const Bytes first = bytes.first(std::min(count, bytes.size()));
-    bytes = bytes.subspan(first.size());
-    return first;
-}
 
 /// A renderer that says what it likes, in memory of the size that a reader expects.
 class Renderer {

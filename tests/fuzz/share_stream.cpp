@@ -4,25 +4,18 @@
 #include <array>
 #include <cstring>
 #include <memory>
-#include <span>
 #include <string>
 
+#include "bytes.h"
 #include "share/endpoint.h"
 #include "share/memory.h"
 #include "share/wire.h"
 
 namespace {
 
-using Bytes = std::span<const uint8_t>;
 using Stream = std::unique_ptr<clarus_share_stream, decltype(&clarus_share_close)>;
 
 constexpr size_t control_bytes = 2 * SHARE_PAGE_BYTES;
-
-Bytes take(Bytes& bytes, size_t count) {
-    const Bytes first = bytes.first(std::min(count, bytes.size()));
-    bytes = bytes.subspan(first.size());
-    return first;
-}
 
 Stream open_stream(const std::string& name, clarus_share_policy policy) {
     clarus_share_description description = clarus_share_default_description();
