@@ -13,21 +13,21 @@ import argparse
 import json
 import os
 import shutil
-import subprocess
+import sys
 
 import numpy as np
 import OpenImageIO as oiio
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "training"))
+
+from clarus_training import evaluate  # noqa: E402
 
 CROPS = ["40,58,160,130", "370,237,160,110"]  # cables before the sky, a wheel that turns
 ZOOM, LABEL, GAP = 2, 26, 4  # pixels
 
 
 def run(*words):
-    command = [str(word) for word in words]
-    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    if result.returncode:
-        raise SystemExit(f"{' '.join(command)}: {result.stderr.strip()}")
-    return result.stdout
+    return evaluate.run([str(word) for word in words])
 
 
 def make(folder, *command):
