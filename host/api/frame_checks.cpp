@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "api/build_graph.h"
+#include "api/memory_checks.h"
 #include "base/error.h"
 #include "base/image_format.h"
-#include "cl/error.h"
 
 namespace clarus {
 namespace {
@@ -46,52 +46,24 @@ void check_word(std::string_view name, Enum value, Enum last) {
 
 bool is_real(ElementType type) { return type == ElementType::f16 || type == ElementType::f32; }
 
-/// Which way a frame's image goes.
-enum class Use { input, output };
-
-void check_buffer(std::string_view name, const Image& image, size_t first, size_t bytes, cl_context context, Use use) {
-    if (!context)
-        fail(ErrorKind::invalid_argument,
-             "frame.{}: a buffer, and the devices at work share no context; give host memory", name);
-    size_t size = 0;
-    cl_context owner = nullptr;
-    cl_mem_object_type type = 0;
-    cl_mem_flags flags = 0;
-    const auto ask = [&](cl_mem_info what, auto& answer) {
-        const cl_int status = clGetMemObjectInfo(image.buffer, what, sizeof(answer), &answer, nullptr);
-        if (status != CL_SUCCESS && status != CL_INVALID_MEM_OBJECT)
-            ocl::fail_with_status(fmt::format("ask for the buffer of frame.{}", name), status);
-        return status == CL_SUCCESS;
-    };
-    const bool known =
-        ask(CL_MEM_SIZE, size) && ask(CL_MEM_CONTEXT, owner) && ask(CL_MEM_TYPE, type) && ask(CL_MEM_FLAGS, flags);
-    if (!known || owner != context || type != CL_MEM_OBJECT_BUFFER)
-        fail(ErrorKind::invalid_argument, "frame.{}: not a buffer of the upscaler's context{}", name,
-             known && type != CL_MEM_OBJECT_BUFFER ? ", but an image" : "");
-    if (use == Use::output && (flags & CL_MEM_READ_ONLY))
-        fail(ErrorKind::invalid_argument, "frame.{}: the buffer is CL_MEM_READ_ONLY", name);
-    if (use == Use::input && (flags & CL_MEM_WRITE_ONLY))
-        fail(ErrorKind::invalid_argument, "frame.{}: the buffer is CL_MEM_WRITE_ONLY", name);
-    if (bytes > size || first > size - bytes)
-        fail(ErrorKind::invalid_argument, "frame.{}: the buffer has {} bytes; {} at offset {} are needed", name, size,
-             bytes, first);
-    if (first > std::numeric_limits<cl_uint>::max())
-        fail(ErrorKind::invalid_argument, "frame.{}: offset {} is beyond 4 GiB; make a sub-buffer", name, first);
-}
-
 void check_image(std::string_view name, const Image& image, const ImageFormat& format, Size size, cl_context context,
                  Use use = Use::input) {
-    if (image.empty()) fail(ErrorKind::invalid_argument, "frame.{}: neither host memory nor a buffer", name);
-    if (image.host && image.buffer)
-        fail(ErrorKind::invalid_argument, "frame.{}: host memory and a buffer; give one", name);
+    if (image.empty())
+        fail(ErrorKind::invalid_argument, "frame.{}: neither host memory nor a buffer nor an image object", name);
+    if (!!image.host + !!image.buffer + !!image.image != 1)
+        fail(ErrorKind::invalid_argument, "frame.{}: two of host memory, a buffer and an image object; give one", name);
     if (image.size != size)
         fail(ErrorKind::invalid_argument, "frame.{}: {}x{} pixels, expected {}x{}", name, image.size.width,
              image.size.height, size.width, size.height);
-    const size_t element = bytes_of(format.type);
-    const size_t tight = tight_pitch(size, format);
     if (image.origin.x < 0 || image.origin.y < 0)
         fail(ErrorKind::invalid_argument, "frame.{}: origin ({}, {}); neither may be negative", name, image.origin.x,
              image.origin.y);
+    if (image.image) {
+        check_image_object(name, image, format, context);
+        return;
+    }
+    const size_t element = bytes_of(format.type);
+    const size_t tight = tight_pitch(size, format);
     if (image.origin != Position{} && image.row_pitch == 0)
         fail(ErrorKind::invalid_argument, "frame.{}: an origin wants the row_pitch of the image that it is in", name);
     const size_t before = static_cast<size_t>(image.origin.x) * pixel_bytes(format);
@@ -105,9 +77,7 @@ void check_image(std::string_view name, const Image& image, const ImageFormat& f
         fail(ErrorKind::invalid_argument, "frame.{}: row_pitch {} is beyond 4 GiB", name, image.row_pitch);
     if (image.host && image.offset != 0)
         fail(ErrorKind::invalid_argument, "frame.{}: offset is for buffers; let `host` point to the first pixel", name);
-    if (image.buffer)
-        check_buffer(name, image, first_byte(image, format), row_pitch(image, format) * (size.height - 1) + tight,
-                     context, use);
+    if (image.buffer) check_buffer(name, image, format, context, use);
 }
 
 void check_optional(std::string_view name, const Image& image, std::string_view option,

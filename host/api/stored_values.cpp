@@ -10,6 +10,7 @@
 
 #include "base/image_format.h"
 #include "cl/error.h"
+#include "cl/image_object.h"
 
 namespace clarus {
 namespace {
@@ -52,14 +53,17 @@ float component(const std::byte* from, ElementType type, int c) {
 
 io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context) {
     const size_t pitch = row_pitch(image, format), begin = first_byte(image, format);
-    std::vector<std::byte> copy;  // of a buffer
-    if (image.buffer) {
-        copy.resize(pitch * (image.size.height - 1) + tight_pitch(image.size, format));
-        ocl::checked("read a frame to diagnose it", [&] {
+    std::vector<std::byte> copy;
+    if (!image.host) copy.resize(pitch * (image.size.height - 1) + tight_pitch(image.size, format));
+    ocl::checked("read a frame to diagnose it", [&] {
+        if (image.buffer)
             context.queue().enqueueReadBuffer(cl::Buffer(image.buffer, true), CL_TRUE, begin, copy.size(), copy.data());
-        });
-    }
-    const std::byte* pixels = image.buffer ? copy.data() : static_cast<const std::byte*>(image.host) + begin;
+        if (image.image) {
+            const ocl::ImageObject from(image);
+            context.queue().enqueueReadImage(from.object, CL_TRUE, from.origin, from.region, pitch, 0, copy.data());
+        }
+    });
+    const std::byte* pixels = image.host ? static_cast<const std::byte*>(image.host) + begin : copy.data();
     io::Pixels values{image.size, channels, {}};
     values.values.reserve(static_cast<size_t>(image.size.width) * image.size.height * channels);
     for (int y = 0; y < image.size.height; ++y)

@@ -7,7 +7,7 @@
 namespace clarus {
 
 /// The first `channels` of a caller's image as numbers: integers over their largest, floats as they are
-/// (clarus/format.h). Buffers are read by the context's queue. Waits. Errors: device.
+/// (clarus/format.h). Buffers and image objects are read by the context's queue. Waits. Errors: device.
 io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context);
 
 }  // namespace clarus

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <stdexcept>
+#include <string_view>
 
 #include "clarus/types.h"
 
@@ -17,6 +19,27 @@ constexpr size_t bytes_of(ElementType type) {
         default:
             return 4;
     }
+}
+
+/// Its name in C++, in options of kernels (kernels/ingest.cl) and in messages.
+constexpr std::string_view element_name(ElementType type) {
+    switch (type) {
+        case ElementType::u8:
+            return "u8";
+        case ElementType::f16:
+            return "f16";
+        case ElementType::f32:
+            return "f32";
+        case ElementType::u16:
+            return "u16";
+        case ElementType::rgb10a2:
+            return "rgb10a2";
+        case ElementType::r11g11b10f:
+            return "r11g11b10f";
+        case ElementType::d24:
+            return "d24";
+    }
+    throw std::logic_error("unknown element type");
 }
 
 /// Channels that a packed type has; 0 of one that stores components by themselves.

@@ -262,7 +262,7 @@ void Executor::enqueue_frame(const FrameDescription& frame, const FrameConstants
         Stage* const presents = presenting();
         if (presents) ports_.bind_output(frame.output, presents->bindings);
         run_stages(constants);
-        if (presents) ports_.read_back(frame.output);
+        if (presents) ports_.hand_back(frame.output);
         queue.enqueueReadBuffer(counter_, CL_FALSE, 0, sizeof(cl_uint), &result.invalid_motion_vectors);
         queue.enqueueMarkerWithWaitList(nullptr, &result.done);
         queue.flush();

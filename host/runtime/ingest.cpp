@@ -3,34 +3,15 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "base/image_format.h"
 #include "runtime/implementations/lowering.h"
 #include "runtime/inputs.h"
 
 namespace clarus::runtime {
 namespace {
 
-std::string_view reading(ElementType type) {
-    switch (type) {
-        case ElementType::u8:
-            return "u8";
-        case ElementType::f16:
-            return "f16";
-        case ElementType::f32:
-            return "f32";
-        case ElementType::u16:
-            return "u16";
-        case ElementType::rgb10a2:
-            return "rgb10a2";
-        case ElementType::r11g11b10f:
-            return "r11g11b10f";
-        case ElementType::d24:
-            return "d24";
-    }
-    throw std::logic_error("unknown element type");
-}
-
 std::string source_options(std::string_view name, const ImageFormat& format) {
-    return fmt::format(" -DRAW_{0}={1} -DRAW_{0}_COMPONENTS={2}", name, reading(format.type), format.channels);
+    return fmt::format(" -DRAW_{0}={1} -DRAW_{0}_COMPONENTS={2}", name, element_name(format.type), format.channels);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "base/image_format.h"
-#include "cl/error.h"
+#include "cl/image_object.h"
 #include "runtime/inputs.h"
 
 namespace clarus::runtime {
@@ -121,11 +121,17 @@ cl::Buffer Ports::placed(const Image& image, const ImageFormat& format, cl::Buff
     }
     if (!copy()) copy = cl::Buffer(context_.context(), CL_MEM_READ_ONLY, bytes);
     const size_t tight = tight_pitch(image.size, format), rows = image.size.height;
+    place = offset_and_pitch(0, tight);
+    if (image.image) {
+        const ocl::ImageObject from(image);
+        context_.queue().enqueueCopyImageToBuffer(from.object, copy, from.origin, from.region, 0, nullptr,
+                                                  profiler_.event(upload_stage_));
+        return copy;
+    }
     const auto* pixels = static_cast<const std::byte*>(image.host) + first_byte(image, format);
     context_.queue().enqueueWriteBufferRect(copy, CL_FALSE, {0, 0, 0}, {0, 0, 0}, {tight, rows, 1}, tight, 0,
                                             row_pitch(image, format), 0, pixels, nullptr,
                                             profiler_.event(upload_stage_));
-    place = offset_and_pitch(0, tight);
     return copy;
 }
 
@@ -141,8 +147,14 @@ void Ports::bind_output(const Image& image, Bindings& present) {
     present.target_offset = offset_and_pitch(0, tight_pitch(image.size, format));
 }
 
-void Ports::read_back(const Image& image) {
+void Ports::hand_back(const Image& image) {
     if (image.buffer) return;
+    if (image.image) {
+        const ocl::ImageObject to(image);
+        context_.queue().enqueueCopyBufferToImage(output_, to.object, 0, to.origin, to.region, nullptr,
+                                                  profiler_.event(read_back_stage_));
+        return;
+    }
     const ImageFormat& format = options_.output_format;
     const size_t tight = tight_pitch(image.size, format), rows = image.size.height;
     auto* pixels = static_cast<std::byte*>(image.host) + first_byte(image, format);

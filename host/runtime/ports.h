@@ -10,7 +10,8 @@
 
 namespace clarus::runtime {
 
-/// Where a frame's images come from and go to: the caller's buffers, or copies of host images on the device.
+/// Where a frame's images come from and go to: the caller's buffers, or copies of host images and of image objects in
+/// buffers on the device.
 class Ports {
   public:
     /// Copies are made as large as `plan` needs them, when they are first needed. `options` outlives the ports.
@@ -19,7 +20,7 @@ class Ports {
     /// Declares the copies to the profiler.
     void add_stages();
 
-    /// Points `ingest` to the frame's images, of the plan's sizes; what lies on the host is on its way to the device.
+    /// Points `ingest` to the frame's images, of the plan's sizes; what is no buffer is on its way to one.
     void bind_inputs(const FrameDescription& frame, const IngestProblem& problem, Bindings& ingest);
 
     /// Points `exposure` to the frame's exposure image, likewise.
@@ -27,15 +28,15 @@ class Ports {
 
     /// Points `present` to the frame's output.
     void bind_output(const Image& image, Bindings& present);
-    /// Copies what was presented to the host, where the output is there.
-    void read_back(const Image& image);
+    /// Copies what was presented to the output, where that is no buffer.
+    void hand_back(const Image& image);
 
     /// Points them to images of the ports' own, for a frame that nobody sees.
     void stand_in_inputs(const Plan& plan, Bindings& ingest) const;
     void stand_in_exposure(Bindings& exposure) const;
     void stand_in_output(const Plan& plan, Bindings& present) const;
 
-    /// Bytes of the copies, were all images on the host.
+    /// Bytes of the copies, were no image a buffer.
     static size_t bytes(const Plan& plan, const StreamOptions& options);
 
   private:

@@ -33,8 +33,8 @@ class Bicubic {
 
     clarus_frame frame() {
         clarus_frame frame = clarus_default_frame();
-        frame.color = {color.data(), nullptr, 0, 0, kWidth, kHeight, 0, 0};
-        frame.output = {output.data(), nullptr, 0, 0, 2 * kWidth, 2 * kHeight, 0, 0};
+        frame.color = {color.data(), nullptr, nullptr, 0, 0, kWidth, kHeight, 0, 0};
+        frame.output = {output.data(), nullptr, nullptr, 0, 0, 2 * kWidth, 2 * kHeight, 0, 0};
         return frame;
     }
     void refuses(const clarus_frame& frame, const std::string& culprit) {
@@ -161,7 +161,52 @@ TEST_CASE("C: what is no buffer, or cannot be written, is no output") {
     bicubic.refuses(frame, "CL_MEM_WRITE_ONLY");
     if (!test_device().profile().images) return;
     const cl::Image2D image(context.context(), CL_MEM_READ_WRITE, cl::ImageFormat(CL_RGBA, CL_FLOAT), 64, 64);
-    bicubic.refuses(with_output(image()), "an image");
+    bicubic.refuses(with_output(image()), "but an image object");
+}
+
+TEST_CASE("C: an image object of another kind, format or size is refused") {
+    if (!test_device().profile().images) return;
+    clarus_options options = clarus_default_options();
+    options.color_format.channels = 4;
+    Bicubic bicubic(&options);
+    REQUIRE(bicubic.status == CLARUS_OK);
+    const clarus::ocl::Context& context = test_device().context();
+    const auto image = [&](cl_channel_order order, cl_channel_type type, size_t height) {
+        return cl::Image2D(context.context(), CL_MEM_READ_WRITE, cl::ImageFormat(order, type), kWidth, height);
+    };
+    const auto refused = [&](cl_mem memory, const std::string& culprit, auto&& change) {
+        clarus_frame frame = bicubic.frame();
+        frame.color.host = nullptr;
+        frame.color.image = memory;
+        change(frame.color);
+        bicubic.refuses(frame, culprit);
+    };
+    const auto as_it_is = [](clarus_image&) {};
+    const cl::Image2D fits = image(CL_RGBA, CL_FLOAT, kHeight);
+    refused(fits(), "row_pitch and offset", [](clarus_image& color) { color.row_pitch = 4096; });
+    refused(fits(), "the image object is 8x6; 8x6 at (1, 0)", [](clarus_image& color) { color.origin_x = 1; });
+    refused(fits(), "give one", [&](clarus_image& color) { color.buffer = fits(); });
+    refused(image(CL_RGBA, CL_FLOAT, kHeight - 1)(), "8x6 at (0, 0)", as_it_is);
+    refused(image(CL_RGBA, CL_HALF_FLOAT, kHeight)(), "4 channels of f16, the options' format has 4 of f32", as_it_is);
+    refused(image(CL_RGBA, CL_SIGNED_INT32, kHeight)(), "type 0x10d9", as_it_is);
+    refused(image(CL_BGRA, CL_UNORM_INT8, kHeight)(), "channel order is 0x10b6", as_it_is);
+    const cl::Buffer buffer(context.context(), CL_MEM_READ_WRITE, kOutputBytes);
+    refused(buffer(), "but a buffer", as_it_is);
+    const cl::Image3D volume(context.context(), CL_MEM_READ_WRITE, cl::ImageFormat(CL_RGBA, CL_FLOAT), 8, 8, 8);
+    refused(volume(), "another kind of image object", as_it_is);
+    const cl::Context elsewhere(context.device());
+    const cl::Image2D foreign(elsewhere, CL_MEM_READ_WRITE, cl::ImageFormat(CL_RGBA, CL_FLOAT), kWidth, kHeight);
+    refused(foreign(), "not a 2D image object of the upscaler's context", as_it_is);
+
+    clarus_frame frame = bicubic.frame();
+    frame.color.host = nullptr;
+    frame.color.image = fits();
+    const cl_float4 grey{{0.25f, 0.25f, 0.25f, 1}};
+    context.queue().enqueueFillImage(fits, grey, {0, 0, 0}, {kWidth, kHeight, 1});
+    context.queue().finish();
+    REQUIRE(clarus_upscaler_submit(bicubic.upscaler, &frame, nullptr) == CLARUS_OK);
+    REQUIRE(clarus_upscaler_wait(bicubic.upscaler) == CLARUS_OK);
+    CHECK(bicubic.output[5] == doctest::Approx(0.25));
 }
 
 TEST_CASE("C: a wait for what never completes can end") {

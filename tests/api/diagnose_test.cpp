@@ -232,4 +232,9 @@ TEST_CASE("stored values are those of every format, in a part of a larger image 
     const cl::Buffer buffer(context.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, size_t{80}, larger.data());
     const Image on_device{.buffer = buffer(), .row_pitch = 20, .size = {2, 2}, .origin = {3, 1}};
     CHECK(stored_values(on_device, floats, 1, context).values == expected);
+    if (!test_device().profile().images) return;
+    const cl::Image2D object(context.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                             cl::ImageFormat(CL_R, CL_FLOAT), 5, 4, 0, larger.data());
+    const Image in_object{.image = object(), .size = {2, 2}, .origin = {3, 1}};
+    CHECK(stored_values(in_object, floats, 1, context).values == expected);
 }

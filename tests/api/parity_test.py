@@ -30,6 +30,7 @@ FIELDS = {
     "output_size": "output_width", "render_size": "render_width", "jitter": "jitter_x", "motion_scale": "motion_scale_x",
     "motion_size": "motion_width",
 }
+IMAGE_FIELDS = {"size": "width", "origin": "origin_x"}
 # In clarus_frame, as an image.
 FRAME_FIELDS = {"depth": "depth", "motion": "motion"}
 
@@ -93,6 +94,7 @@ class Parity(unittest.TestCase):
                 (fields_of(text_of("upscaler.h"), "struct UpscalerOptions "), "clarus_options", FIELDS),
                 (fields_of(stream, "struct FrameParameters "), "clarus_frame", {**FIELDS, **FRAME_FIELDS}),
                 (fields_of(stream, "struct FrameDescription "), "clarus_frame", {**FIELDS, **FRAME_FIELDS}),
+                (fields_of(text_of("types.h"), "struct Image "), "clarus_image", IMAGE_FIELDS),
                 (fields_of(text_of("device.h"), "struct DeviceProfile "), "clarus_device_profile", {})):
             self.assertGreater(len(cpp), 4)
             known = set(re.findall(r"\w+", body(self.c, f"typedef struct {c} ")))

@@ -13,8 +13,13 @@ ImageFormat format(clarus_format from) { return {static_cast<ElementType>(from.t
 clarus_format format(ImageFormat from) { return {static_cast<clarus_element_type>(from.type), from.channels}; }
 
 Image image(const clarus_image& from) {
-    return {
-        from.host, from.buffer, from.offset, from.row_pitch, {from.width, from.height}, {from.origin_x, from.origin_y}};
+    return {from.host,
+            from.buffer,
+            from.image,
+            from.offset,
+            from.row_pitch,
+            {from.width, from.height},
+            {from.origin_x, from.origin_y}};
 }
 
 }  // namespace

@@ -94,12 +94,13 @@ typedef struct clarus_option_description {
     int whole;    /* 1: whole numbers only */
 } clarus_option_description;
 
+/* One of `host`, `buffer` and `image` (an image object) is set. */
 typedef struct clarus_image {
     void* host;
-    cl_mem buffer;
+    cl_mem buffer, image;
     size_t offset, row_pitch;
     int width, height;
-    int origin_x, origin_y; /* within a larger image, of which row_pitch is */
+    int origin_x, origin_y; /* within a larger image, that of row_pitch or `image` */
 } clarus_image;
 
 /* Row-major matrices, without jitter. */

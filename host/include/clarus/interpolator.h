@@ -31,7 +31,7 @@ class CLARUS_API Interpolator {
     /// The same, for frames of this size. Errors: invalid_argument where they cannot be.
     Size output_size(Size render_size) const;
 
-    /// Device memory; staging is for host images, and is allocated when the first comes.
+    /// Device memory; staging is for host images and image objects, and is allocated when the first comes.
     MemoryRequirements memory_requirements() const;
 
     /// Compiles, tunes where the options say so, and allocates. `submit` does it where it was not done. `progress` is

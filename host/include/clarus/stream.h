@@ -133,7 +133,7 @@ struct MemoryRequirements {
     size_t weights = 0;          // packed weights of every kernel
     size_t arena = 0;            // intermediates and recurrent state, shared by lifetime
     size_t peak_live_bytes = 0;  // the sum of the tensors live at the worst moment, unpadded: the floor for `arena`
-    size_t staging = 0;          // copies of host images on the device, views kept
+    size_t staging = 0;          // copies of host images and image objects, views kept
     size_t total() const { return weights + arena + staging; }
     MemoryRequirements& operator+=(const MemoryRequirements& other) {
         weights += other.weights;

@@ -44,17 +44,22 @@ struct ImageFormat {
     friend bool operator==(const ImageFormat&, const ImageFormat&) = default;
 };
 
-/// An image in host memory or in a buffer object; exactly one of `host` and `buffer` is set. Its format is that of the
-/// upscaler's options.
+/// An image in host memory, in a buffer object or in an image object; exactly one of `host`, `buffer` and `image` is
+/// set. Its format is that of the upscaler's options.
 struct Image {
     void* host = nullptr;     // first pixel, at origin {0, 0}; only read where the image is an input
-    cl_mem buffer = nullptr;  // an OpenCL buffer (not an image object) of the upscaler's context
-    size_t offset = 0;        // bytes from the start of `buffer` to the first pixel
-    size_t row_pitch = 0;     // bytes from row to row; 0 where rows follow each other without a gap
-    Size size;                // pixels
-    Position origin{};        // where the image begins within a larger one that `row_pitch` is of, in pixels
+    cl_mem buffer = nullptr;  // an OpenCL buffer of the upscaler's context
+    /// A 2D image object of the upscaler's context, of which level 0 is used, as a texture imported from OpenGL is one.
+    /// Components as the format says, u8, u16, f16 or f32 (CL_UNORM_INT8, CL_UNORM_INT16, CL_HALF_FLOAT, CL_FLOAT), 1,
+    /// 2 or 4 channels in the order R, RG or RGBA; sRGBA is display-encoded u8, CL_DEPTH has 1 channel. It is copied on
+    /// the device, for kernels here read buffers.
+    cl_mem image = nullptr;
+    size_t offset = 0;     // bytes from the start of `buffer` to the first pixel
+    size_t row_pitch = 0;  // bytes from row to row of `host` or `buffer`; 0 where rows follow each other without a gap
+    Size size;             // pixels
+    Position origin{};     // where the image begins within a larger one, that of `row_pitch` or `image`, in pixels
 
-    bool empty() const { return !host && !buffer; }
+    bool empty() const { return !host && !buffer && !image; }
 };
 
 /// How intermediates are stored. With fp16, a device that has half arithmetic may be given convolutions that multiply

@@ -69,7 +69,7 @@ class CLARUS_API Upscaler {
     bool needs_motion() const;
 
     /// Device memory with the kernels chosen so far; `Tuning::measure` may choose others in `prepare`. Staging is for
-    /// host images, and is allocated when the first comes.
+    /// host images and image objects, and is allocated when the first comes.
     MemoryRequirements memory_requirements() const;
 
     /// Compiles, tunes where the options say so, allocates and uploads weights. `submit` does it where it was not done.
