@@ -373,7 +373,7 @@ class Judge {
         const std::string cameras = words(frame.camera->near_plane, frame.camera->far_plane);
         Finding one = finding("depth.near, depth.far", declared, choice.best == 0 ? declared : cameras,
                               choice.advantage, choice.advantage.is_sure(least_of_cameras));
-        one.note = "by the cameras";
+        one.note = declared == cameras ? "as the cameras have them" : "by the cameras";
         if (one.verdict == Verdict::wrong) result_.correction.unsayable.push_back(one.field + ": " + one.best);
         add(std::move(one));
     }

@@ -1,5 +1,6 @@
 #include "check/reading.h"
 
+#include <set>
 #include <stdexcept>
 
 namespace clarus::check {
@@ -127,16 +128,19 @@ std::vector<Reading> all_readings() {
 
 std::vector<Reading> readings_of_other_jitters(const Reading& best) {
     std::vector<Reading> readings;
-    for (const int frame : {-1, 1})
-        for (int flips = 0; flips < 8; ++flips) {
-            Reading reading = best;
-            reading.jittered = false;
-            reading.jitter_x_flipped = (flips & 1) != 0;
-            reading.jitter_y_flipped = (flips & 2) != 0;
-            reading.jitter_axes_swapped = (flips & 4) != 0;
-            reading.jitter_frame = frame;
-            readings.push_back(reading);
-        }
+    // Where jitter is another frame's, the best so far may have made up for it by vectors of another frame.
+    for (const int motion_frame : std::set{0, best.motion_frame})
+        for (const int frame : {-1, 1})
+            for (int flips = 0; flips < 8; ++flips) {
+                Reading reading = best;
+                reading.motion_frame = motion_frame;
+                reading.jittered = false;
+                reading.jitter_x_flipped = (flips & 1) != 0;
+                reading.jitter_y_flipped = (flips & 2) != 0;
+                reading.jitter_axes_swapped = (flips & 4) != 0;
+                reading.jitter_frame = frame;
+                readings.push_back(reading);
+            }
     return readings;
 }
 
