@@ -165,6 +165,41 @@ write("share_stream", "refusal", bytes([2 * len(hello)]) + hello + words(0, 0, 0
 write("share_stream", "other_version", bytes([2 * len(hello)]) + said_head(1, 16, version=3))
 write("share_stream", "leave", bytes([2 * 20]) + leave(1, b"")[:20])
 
+# host/link/protocol.h, and the events of fuzz/link.cpp.
+connects, fetched, lost, breaks = b"\0", b"\2", b"\6", b"\3"
+
+
+def says(header, data=0):
+    return b"\1" + struct.pack("<HI", len(header), data) + header
+
+
+def link_hello(said, session=5, first=0, name=b"fuzz"):
+    return says(said_head(16, 432) + struct.pack("2Q72s", session, first, name) + said)
+
+
+def link_frame(index, said, data):
+    return says(said_head(18, 24 + len(said)) + struct.pack("Q", index) + said, data)
+
+
+def progress(received, released):
+    return says(said_head(17, 32) + words(received, released))
+
+
+alive, parted = says(said_head(19, 16)), says(leave(1, b"the end"))
+plain, both = stream([color, *nothing]), stream(everything, user=64, scale=0)
+plain_bytes, both_bytes = (struct.unpack("Q", said[-8:])[0] - 4096 for said in (plain, both))
+write("link", "frames", b"\0" + connects + link_hello(plain) + link_frame(0, header(), plain_bytes) + fetched + alive +
+      link_frame(1, header(), plain_bytes) + fetched + parted)
+write("link", "everything", b"\0" + connects + link_hello(both, first=3) + link_frame(3, header(user=64, matrices=1), both_bytes) + fetched)
+write("link", "again", b"\0" + connects + link_hello(plain) + link_frame(0, header(), plain_bytes) + breaks + connects +
+      link_hello(plain) + lost + link_frame(0, header(), plain_bytes) + fetched)
+write("link", "two", b"\0" + connects + link_hello(plain) + connects + b"\5" + link_hello(plain, session=6)[1:] + parted)
+write("link", "wrong", b"\0" + connects + link_hello(plain) + link_frame(0, header(), 77))
+write("link", "taken", b"\1" + progress(0, 0) + alive * 40 + progress(1, 0) + progress(1, 1) + parted)
+write("link", "newest", b"\3" + progress(0, 0) + alive * 40 + breaks + progress(1, 1))
+write("link", "never", b"\1" + progress(9, 0))
+write("link", "refused", b"\1" + says(leave(2, b"another name")))
+
 
 def film(name, *options):
     """ffmpeg into seeds/video, without its version."""
