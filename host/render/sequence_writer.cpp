@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "base/log.h"
 #include "io/encode.h"
 #include "io/file.h"
@@ -47,12 +48,17 @@ bool is_whole(const fs::path& image) {
     }
 }
 
-/// Frames of an earlier sequence, which may have had more of them. Some layouts find their frames by looking.
-void remove_numbered_files(const fs::path& folder) {
-    const std::vector<fs::directory_entry> entries(fs::directory_iterator(folder), fs::directory_iterator{});
+/// Frames of an earlier sequence, which may have had more of them: images named as this one is. Some layouts find their
+/// frames by looking.
+void remove_frames_like(const fs::path& image) {
+    const std::vector<fs::directory_entry> entries(fs::directory_iterator(image.parent_path()),
+                                                   fs::directory_iterator{});
     for (const fs::directory_entry& entry : entries) {
-        const std::string stem = entry.path().stem().string();
-        if (entry.is_regular_file() && stem.find_first_not_of("0123456789") == std::string::npos) fs::remove(entry);
+        const fs::path& file = entry.path();
+        const std::string stem = file.stem().string();
+        if (entry.is_regular_file() && file.extension() == image.extension() &&
+            stem.size() >= image.stem().string().size() && stem.find_first_not_of("0123456789") == std::string::npos)
+            fs::remove(entry);
     }
 }
 
@@ -90,19 +96,31 @@ void SequenceWriter::begin(bool replace) {
                 fail(ErrorKind::file,
                      "{} is the beginning of another sequence: its {} is {}; give the same options to continue it, "
                      "another folder, or --force to replace it",
-                     unfinished_.string(), key, record["recipe"][key].dump());
+                     unfinished_.string(), key, json_text(record["recipe"][key]));
             }
         }
         frames_done_ = static_cast<size_t>(root["frames_done"].integer(0, 1 << 30));
     }
-    std::set<fs::path> folders{description.parent_path()};
-    for (const fs::path& image : images(files(0))) folders.insert(image.parent_path());
-    for (const fs::path& folder : folders) make_folder(folder);
+    replaces_ = fs::exists(description, error) || fs::exists(unfinished_, error);
+    make_folder(description.parent_path());
+    for (const fs::path& image : images(files(0))) {
+        if (image.parent_path() != description.parent_path() && fs::is_symlink(image.parent_path(), error))
+            fail(ErrorKind::file, "{} is a link, and a sequence's images lie in its own folder; give another folder",
+                 image.parent_path().string());
+        make_folder(image.parent_path());
+        if (!replaces_) refuse_foreign(image);
+    }
     // From here on the old sequence is none.
     note_progress();
-    if (!replace) return;
+    if (!replace || !replaces_) return;
     fs::remove(description);
-    for (const fs::path& folder : folders) remove_numbered_files(folder);
+    for (const fs::path& image : images(files(0))) remove_frames_like(image);
+}
+
+void SequenceWriter::refuse_foreign(const fs::path& image) const {
+    if (fs::exists(fs::symlink_status(image)))
+        fail(ErrorKind::file, "{} is there already, and of no sequence that {} describes; give another folder",
+             image.string(), layout_->description().string());
 }
 
 nlohmann::json SequenceWriter::read_record() const {
@@ -121,7 +139,7 @@ nlohmann::json SequenceWriter::read_record() const {
 
 void SequenceWriter::note_progress() const {
     const nlohmann::ordered_json record = {{"frames_done", frames_done_}, {"recipe", recipe_}};
-    const std::string text = record.dump(1) + "\n";
+    const std::string text = json_text(record, 1) + "\n";
     io::write_file_atomically(unfinished_, std::as_bytes(std::span(text)));
 }
 
@@ -142,6 +160,7 @@ void SequenceWriter::add(const io::FrameFiles& description, const std::function<
     frame.far_plane = description.far_plane;
     frame.camera = description.camera;
     if (index >= frames_done_ || !std::ranges::all_of(images(frame), is_whole)) {
+        if (!replaces_) std::ranges::for_each(images(frame), [this](const fs::path& image) { refuse_foreign(image); });
         write(frame, render());
         frames_done_ = std::max(frames_done_, index + 1);
         note_progress();

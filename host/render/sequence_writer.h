@@ -18,7 +18,7 @@ class SequenceWriter {
   public:
     /// `sequence`: sizes, scale and conventions. `recipe`: an object that says all that the images depend on. Makes the
     /// folders. Errors: file where they cannot be written to, or, unless `replace`, hold a sequence or the beginning of
-    /// one that has another recipe.
+    /// one that has another recipe; where images lie in them that are no sequence's, which `add` says, too.
     SequenceWriter(std::unique_ptr<io::OutputLayout> layout, io::Sequence sequence, const RenderSettings& settings,
                    nlohmann::ordered_json recipe, bool replace);
 
@@ -33,6 +33,8 @@ class SequenceWriter {
     void write(const io::FrameFiles& frame, const RenderedFrame& images) const;
     void begin(bool replace);
     void note_progress() const;
+    /// Errors: file, where an image is there that is not this sequence's.
+    void refuse_foreign(const std::filesystem::path& image) const;
     /// Of an earlier run, checked. Errors: file.
     nlohmann::json read_record() const;
 
@@ -42,6 +44,7 @@ class SequenceWriter {
     nlohmann::ordered_json recipe_;
     std::filesystem::path unfinished_;
     size_t frames_done_ = 0;
+    bool replaces_ = false;  // or goes on with: a sequence was there
 };
 
 }  // namespace clarus::render
