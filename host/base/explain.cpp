@@ -1,5 +1,6 @@
 #include "base/explain.h"
 
+#include <filesystem>
 #include <new>
 #include <system_error>
 
@@ -10,6 +11,8 @@ std::string explain(const std::exception& error) {
     const auto* const system = dynamic_cast<const std::system_error*>(&error);
     if (system && system->code() == std::errc::resource_unavailable_try_again)
         return "the system lets no more threads begin (ulimit -u)";
+    if (const auto* const file = dynamic_cast<const std::filesystem::filesystem_error*>(&error))
+        return (file->path1().empty() ? "a file" : file->path1().string()) + ": " + file->code().message();
     return error.what();
 }
 

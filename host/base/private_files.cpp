@@ -16,7 +16,8 @@ bool is_own(const struct stat& status) {
     return owned && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/// In a folder that everyone may write, others may put another in place of a folder; of sticky ones, such as /tmp, not.
+/// In a folder of their own, or that everyone may write, others may put another in place of a folder; of sticky ones,
+/// such as /tmp, not.
 bool may_be_replaced(const std::filesystem::path& folder) {
     std::error_code error;
     const std::filesystem::path whole = std::filesystem::canonical(folder, error);
@@ -25,6 +26,7 @@ bool may_be_replaced(const std::filesystem::path& folder) {
         parent = parent.parent_path();
         struct stat status;
         if (stat(parent.c_str(), &status) != 0) return true;
+        if (status.st_uid != geteuid() && status.st_uid != 0) return true;
         if ((status.st_mode & S_IWOTH) && !(status.st_mode & S_ISVTX)) return true;
     }
     return false;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/json_text.h"
 #include "base/place.h"
 #include "io/file.h"
 #include "io/json_reader.h"
@@ -89,7 +90,7 @@ void Checks::write(const std::filesystem::path& path) const {
                                            {"render_size", {key.width, key.height}},
                                            {"checksum", expected.checksum},
                                            {"sketch", values}};
-        lines += (lines.empty() ? "" : ",\n") + entry.dump();
+        lines += (lines.empty() ? "" : ",\n") + json_text(entry);
     }
     const std::string text =
         fmt::format("{{\"format\": \"{}\", \"version\": 1, \"checks\": [\n{}\n]}}\n", kFormat, lines);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "base/json_text.h"
 #include "base/precision.h"
 #include "io/file.h"
 #include "measure/commit.h"
@@ -197,7 +198,7 @@ void BenchResult::write(const std::filesystem::path& path) const {
     json["items"] = Json::array();
     for (const DeviceResult& device : devices) json["devices"].push_back(to_json(device));
     for (const ItemResult& item : items) json["items"].push_back(to_json(item, device_of(item)));
-    const std::string text = json.dump(2) + "\n";
+    const std::string text = json_text(json, 2) + "\n";
     io::write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 

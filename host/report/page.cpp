@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "base/json_text.h"
 #include "report/page_files.h"
 
 namespace clarus::report {
@@ -18,7 +19,7 @@ std::string_view file(std::string_view name) {
 
 /// JSON that cannot end the element it stands in, whatever its strings hold.
 std::string script_safe(const nlohmann::ordered_json& data) {
-    const std::string json = data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    const std::string json = json_text(data);
     std::string text;
     text.reserve(json.size());
     for (const char character : json) {

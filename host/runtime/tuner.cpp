@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/json_text.h"
 #include "base/log.h"
 #include "base/output_file.h"
 #include "base/private_files.h"
@@ -274,7 +275,7 @@ void Tuner::store() {
                                     {"seconds", result.seconds},
                                     {"built_in_seconds", result.built_in_seconds}};
     // A device's name may be in any encoding.
-    const std::string text = document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+    const std::string text = json_text(document, 2) + '\n';
     try {
         OutputFile file(path_);
         file.write(std::as_bytes(std::span(text)));
