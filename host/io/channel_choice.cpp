@@ -37,7 +37,10 @@ const Role& role_of(int channels) {
     static const std::array<Role, 3> roles{
         {{"depth", {{{"z"}, true}, {{"depth"}, true}, {{"v"}}, {{"y"}}, {{"r"}}}, {"depth"}, true},
          {"motion", {{{"x", "y"}}, {{"u", "v"}}, {{"r", "g"}}}, {"vector", "velocity", "motion", "forward"}, true},
-         {"colour", {{{"r", "g", "b"}, true}}, {"combined", "beauty", "rgb", "color", "colour", "final"}, false}}};
+         {"colour",
+          {{{"r", "g", "b"}, true}, {{"red", "green", "blue"}, true}},
+          {"combined", "beauty", "rgb", "color", "colour", "final"},
+          false}}};
     return roles.at(static_cast<size_t>(channels) - 1);
 }
 
@@ -50,7 +53,8 @@ const Role& role_of(int channels) {
 
 /// Whether the file holds one thing only: a layer, of which alpha and a third component of a map may be the rest.
 bool is_one_layer(const std::vector<Channel>& channels) {
-    static const std::array<std::string_view, 9> together{"r", "g", "b", "a", "x", "y", "z", "u", "v"};
+    static const std::array<std::string_view, 13> together{"r", "g", "b",   "a",     "x",    "y",    "z",
+                                                           "u", "v", "red", "green", "blue", "alpha"};
     return std::ranges::all_of(channels, [&](const Channel& channel) {
         const bool is_vector = channel.kind != "z" ||
                                std::ranges::any_of(channels, [](const Channel& other) { return other.kind == "x"; });
@@ -63,11 +67,20 @@ bool is_one_layer(const std::vector<Channel>& channels) {
 std::vector<Channel> by_role(const std::vector<Channel>& channels, int most, const std::filesystem::path& path) {
     const Role& role = role_of(most);
     using Layers = std::vector<std::vector<Channel>>;
+    const auto has = [&](const Channel& beside, std::string_view kind) {
+        return std::ranges::any_of(channels, [&](const Channel& other) {
+            return other.kind == kind && other.part == beside.part && other.layer == beside.layer;
+        });
+    };
+    const auto is_of_vector = [&](const Channel& channel) {
+        return channel.kind == "z" && has(channel, "x") && has(channel, "y");
+    };
     const auto layers_of = [&](const Kinds& kinds) {
         std::map<std::pair<int, std::string>, std::vector<Channel>> layers;
         for (const std::string& kind : kinds.names)
             for (const Channel& channel : channels)
-                if (channel.kind == kind) layers[{channel.part, channel.layer}].push_back(channel);
+                if (channel.kind == kind && !is_of_vector(channel))
+                    layers[{channel.part, channel.layer}].push_back(channel);
         Layers whole;
         for (const auto& [where, layer] : layers)
             if (layer.size() == kinds.names.size()) whole.push_back(layer);
@@ -87,6 +100,8 @@ std::vector<Channel> by_role(const std::vector<Channel>& channels, int most, con
     for (const Where where : order)
         for (const Kinds& kinds : role.kinds) {
             if (where != Where::named_so && !kinds.tell_alone && !alone) continue;
+            // Three colours in a layer of another name are albedo, normals, light of one kind.
+            if (where == Where::anywhere && kinds.names.size() == 3 && !alone) continue;
             Layers layers = layers_of(kinds);
             std::erase_if(layers, [&](const auto& layer) { return !fits(layer, where); });
             if (layers.size() == 1) return layers.front();
@@ -100,7 +115,8 @@ std::vector<Channel> color_with_alpha(const std::vector<Channel>& channels, cons
     std::vector<Channel> color = by_role(channels, 3, path);
     const Channel red = color.front();
     const auto alpha = std::ranges::find_if(channels, [&](const Channel& channel) {
-        return channel.kind == "a" && channel.part == red.part && channel.layer == red.layer;
+        const bool is_alpha = channel.kind == "a" || channel.kind == "alpha";
+        return is_alpha && channel.part == red.part && channel.layer == red.layer;
     });
     if (alpha != channels.end()) color.push_back(*alpha);
     return color;

@@ -98,7 +98,7 @@ ColorFiles check_sequence(const Sequence& sequence, bool needs_depth, bool needs
                  lacks_depth ? "depth" : "motion");
         const ImageHeader color = check_file(frame.color, color_of(sequence, frame));
         colors.has_alpha = colors.has_alpha || color.channels == 4;
-        if (&frame == &sequence.frames.front()) colors.type = color.type;
+        if (&frame == &sequence.frames.front()) colors.type = color.type, colors.tags = color.tags;
         check_file(frame.depth, depth_of(sequence, frame));
         check_file(frame.motion, motion_of(sequence, frame));
         check_file(frame.reference, reference_of(sequence));

@@ -14,6 +14,7 @@ namespace clarus::io {
 struct ColorFiles {
     bool has_alpha = false;            // of some frame
     SampleType type = SampleType::u8;  // of the first frame
+    ColorTags tags{};                  // likewise
 };
 
 /// Opens every image of every frame and compares its size and channels with what the sequence says. A frame without

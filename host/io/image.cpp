@@ -38,12 +38,13 @@ Pixels as_stored(Pixels pixels, SampleType type) {
 }
 
 std::vector<unsigned char> encode_image(const std::filesystem::path& name, const Pixels& pixels, SampleType type,
-                                        int png_compression) {
-    return image_module().encode(name, pixels, type, png_compression);
+                                        int png_compression, const ColorTags& tags) {
+    return image_module().encode(name, pixels, type, png_compression, tags);
 }
 
-void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type, int png_compression) {
-    const std::vector<unsigned char> encoded = encode_image(path, pixels, type, png_compression);
+void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type, int png_compression,
+                 const ColorTags& tags) {
+    const std::vector<unsigned char> encoded = encode_image(path, pixels, type, png_compression, tags);
     write_file_atomically(path, std::as_bytes(std::span(encoded)));
 }
 

@@ -26,10 +26,20 @@ struct Pixels {
 /// How a file holds a channel's values.
 enum class SampleType { u8, u16, f16, f32 };
 
+/// What a file says that its colours mean, where it says anything; nothing is converted by it.
+struct ColorTags {
+    std::vector<unsigned char> icc{};     // an ICC profile
+    std::vector<float> chromaticities{};  // CIE x and y of red, green, blue and white: of OpenEXR files
+    float gamma = 0;                      // of the encoding, 2.2 as a rule: of PNG files
+
+    bool operator==(const ColorTags&) const = default;
+};
+
 struct ImageHeader {
     Size size;
     int channels = 0;
     SampleType type = SampleType::u8;  // the nearest to the file's own that holds all of its values
+    ColorTags tags{};
 };
 
 /// The channels that are meant, of a file that has more. Without names they are chosen by those that renderers give.
@@ -61,13 +71,13 @@ constexpr int default_png_compression = 6;
 
 /// A whole image file of the format that `name`'s extension tells, in memory. u8 and u16 clamp to [0, 1] and round to
 /// nearest; a JPEG is of quality 95 with colour at full resolution; PNG takes zlib's level, 0 (none) to 9. Errors:
-/// file, naming it and the cause.
+/// file, naming it and the cause. Of `tags` it has those that the format knows, and no ICC profile that is damaged.
 std::vector<unsigned char> encode_image(const std::filesystem::path& name, const Pixels& pixels, SampleType type,
-                                        int png_compression = default_png_compression);
+                                        int png_compression = default_png_compression, const ColorTags& tags = {});
 
 /// Writes what encode_image makes, under a temporary name first, so that a file under its final name is always
 /// whole. Errors: file, naming it and the cause (permission, disk full).
 void write_image(const std::filesystem::path& path, const Pixels& pixels, SampleType type,
-                 int png_compression = default_png_compression);
+                 int png_compression = default_png_compression, const ColorTags& tags = {});
 
 }  // namespace clarus::io

@@ -12,16 +12,16 @@
 #include "io/image.h"
 
 namespace clarus::io {
-namespace {
-
-constexpr auto extensions =
-    std::to_array<std::string_view>({".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg", ".tga", ".bmp", ".hdr"});
 
 std::string extension_of(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
     std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
     return extension;
 }
+namespace {
+
+constexpr auto extensions =
+    std::to_array<std::string_view>({".png", ".exr", ".tif", ".tiff", ".jpg", ".jpeg", ".tga", ".bmp", ".hdr"});
 
 bool is_image(const std::filesystem::path& path) {
     return std::ranges::find(extensions, extension_of(path)) != extensions.end();

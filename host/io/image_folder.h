@@ -8,6 +8,9 @@
 
 namespace clarus::io {
 
+/// In small letters: ".png".
+std::string extension_of(const std::filesystem::path& path);
+
 /// The images directly in a folder by their names without extension. Errors: file where it is no folder, holds no
 /// image, or two of one name.
 std::map<std::string, std::filesystem::path> images_in(const std::filesystem::path& folder);

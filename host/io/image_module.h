@@ -17,7 +17,7 @@ class ImageModule {
                                     const ChannelNames& named) const = 0;
     virtual Pixels read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const = 0;
     virtual std::vector<unsigned char> encode(const std::filesystem::path& name, const Pixels& pixels, SampleType type,
-                                              int png_compression) const = 0;
+                                              int png_compression, const ColorTags& tags) const = 0;
 
     enum class Filter { best, box };  // best: OpenImageIO's choice, which differs for larger and for smaller
     /// The image at another size. Errors: file.

@@ -103,6 +103,33 @@ OIIO::TypeDesc file_type(SampleType type) {
     fail(ErrorKind::invalid_argument, "no such sample type: {}", static_cast<int>(type));
 }
 
+template <typename T>
+std::vector<T> values_of(const OIIO::ImageSpec& spec, const char* name, OIIO::TypeDesc::BASETYPE type) {
+    const OIIO::ParamValue* value = spec.find_attribute(name);
+    if (!value || value->type().basetype != type) return {};
+    const T* first = static_cast<const T*>(value->data());
+    return {first, first + static_cast<size_t>(value->datasize()) / sizeof(T)};
+}
+
+ColorTags tags_of(const OIIO::ImageSpec& spec) {
+    const bool is_power = std::string(spec.get_string_attribute("oiio:ColorSpace")).starts_with("Gamma");
+    return {values_of<unsigned char>(spec, "ICCProfile", OIIO::TypeDesc::UINT8),
+            values_of<float>(spec, "chromaticities", OIIO::TypeDesc::FLOAT),
+            is_power ? spec.get_float_attribute("oiio:Gamma") : 0};
+}
+
+void put(const ColorTags& tags, OIIO::ImageSpec& spec, std::string_view format) {
+    if (!tags.icc.empty() && format != "openexr")
+        spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(tags.icc.size())),
+                       tags.icc.data());
+    if (tags.chromaticities.size() == 8)
+        spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), tags.chromaticities.data());
+    if (tags.gamma > 0) {
+        spec.attribute("oiio:ColorSpace", "GammaCorrected");
+        spec.attribute("oiio:Gamma", tags.gamma);
+    }
+}
+
 /// The pixels as an ImageBuf; they must outlive it.
 OIIO::ImageBuf wrap(const Pixels& pixels) {
     return {OIIO::ImageSpec(pixels.size.width, pixels.size.height, pixels.channels, OIIO::TypeDesc::FLOAT),
@@ -175,7 +202,7 @@ class OpenImageIo final : public ImageModule {
                             const ChannelNames& named) const override;
     Pixels read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const override;
     std::vector<unsigned char> encode(const std::filesystem::path& path, const Pixels& pixels, SampleType type,
-                                      int png_compression) const override;
+                                      int png_compression, const ColorTags& tags) const override;
     Pixels resize(const Pixels& pixels, Size size, Filter filter) const override;
     void write_text(Pixels& pixels, int x, int y, const std::string& text, int height) const override;
 };
@@ -186,8 +213,12 @@ ImageHeader OpenImageIo::read_header(const std::filesystem::path& path, int most
     const auto chosen = choose(*input, most_channels, named, path);
     const OIIO::ImageSpec& spec = input->spec();
     const auto [x, y, width, height] = shown_window(*input);
-    if (!chosen) return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format)};
-    return {{width, height}, static_cast<int>(chosen->size()), sample_type(spec.channelformat(chosen->front().place))};
+    if (!chosen)
+        return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format), tags_of(spec)};
+    return {{width, height},
+            static_cast<int>(chosen->size()),
+            sample_type(spec.channelformat(chosen->front().place)),
+            tags_of(spec)};
 }
 
 Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const {
@@ -211,7 +242,7 @@ Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, c
 }
 
 std::vector<unsigned char> OpenImageIo::encode(const std::filesystem::path& path, const Pixels& pixels, SampleType type,
-                                               int png_compression) const {
+                                               int png_compression, const ColorTags& tags) const {
     const size_t expected = static_cast<size_t>(std::max(pixels.size.width, 0)) * std::max(pixels.size.height, 0) *
                             std::max(pixels.channels, 0);
     if (expected == 0 || pixels.values.size() != expected)
@@ -230,7 +261,7 @@ std::vector<unsigned char> OpenImageIo::encode(const std::filesystem::path& path
 
     OIIO::ImageSpec spec(pixels.size.width, pixels.size.height, pixels.channels, file_type(type));
     spec.attribute("oiio:UnassociatedAlpha", 1);
-    if (path.extension() == ".exr") {
+    if (output->format_name() == std::string_view("openexr")) {
         spec.attribute("compression", "zip");
         // Else it is the time of writing, and the same picture gives other bytes.
         spec.attribute("DateTime", "1970:01:01 00:00:00");
@@ -249,9 +280,20 @@ std::vector<unsigned char> OpenImageIo::encode(const std::filesystem::path& path
         spec.attribute("jpeg:subsampling", "4:4:4");
     }
 
-    output->set_ioproxy(&memory);
-    if (!output->open(path.filename().string(), spec))
-        fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
+    put(tags, spec, output->format_name());
+    const auto opens = [&] {
+        output->set_ioproxy(&memory);
+        return output->open(path.filename().string(), spec);
+    };
+    bool is_open = opens();
+    if (!is_open && !tags.icc.empty()) {  // which may be damaged, or of another kind of colour
+        spec.erase_attribute("ICCProfile");
+        output->close();
+        encoded.clear();
+        memory.seek(0);
+        is_open = opens();
+    }
+    if (!is_open) fail(ErrorKind::file, "cannot write {}: {}", path.string(), one_line(output->geterror()));
     if (output->spec().format != spec.format)
         fail(ErrorKind::file, "cannot write {}: a {} file cannot hold {} samples", path.string(), output->format_name(),
              spec.format.c_str());

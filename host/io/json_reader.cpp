@@ -89,6 +89,15 @@ void JsonNode::allow_members(std::span<const std::string_view> names) const {
     }
 }
 
+void JsonNode::refuse_misspelt(std::span<const std::string_view> names) const {
+    for (const auto& [key, node] : members()) {
+        if (std::ranges::find(names, key) != names.end()) continue;
+        if (const std::string_view meant = nearest(key, names); !meant.empty())
+            fail(ErrorKind::file, "{}: {} has the unknown field {}; is it {}?", file_->string(),
+                 place_.empty() ? "the top level" : place_, shortened(key), meant);
+    }
+}
+
 std::vector<JsonNode> JsonNode::items() const {
     if (!value_->is_array()) refuse("a list");
     if (value_->size() > kLongestList) refuse(fmt::format("a list of at most {}", kLongestList));

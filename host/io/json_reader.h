@@ -32,6 +32,8 @@ class JsonNode {
     std::vector<std::pair<std::string, JsonNode>> members() const;
     /// Errors: file, for a member that is none of these; suggests the nearest of them, or lists them.
     void allow_members(std::span<const std::string_view> names) const;
+    /// Of a form that others define, which may have more members: refuses what may be one of these names, misspelt.
+    void refuse_misspelt(std::span<const std::string_view> names) const;
     std::vector<JsonNode> items() const;
     std::vector<JsonNode> items(size_t count) const;
 

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
@@ -313,7 +314,7 @@ void write_sequence(const Sequence& sequence, const std::filesystem::path& folde
     if (error) fail(ErrorKind::file, "cannot make the folder {}: {}", folder.string(), error.message());
     for (const FrameFiles& frame : sequence.frames) json["frames"].push_back(describe_frame(frame, folder));
 
-    const std::string text = json.dump(1) + "\n";
+    const std::string text = json_text(json, 1) + "\n";
     write_file_atomically(folder / "sequence.json", std::as_bytes(std::span(text)));
 }
 

@@ -1,11 +1,14 @@
 #include "io/nss.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string_view>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
@@ -17,6 +20,12 @@ constexpr uintmax_t largest_description = 1 << 28;  // bytes
 
 constexpr ColorSpace color_space = ColorSpace::linear;
 constexpr MotionConvention motion_convention{.unit = MotionUnit::uv, .from_previous = true, .sampled_at_jitter = true};
+
+// What is read of them.
+constexpr auto root_fields =
+    std::to_array<std::string_view>({"Frames", "EmulatedFramerate", "ReverseZ", "UpscalingRatiosIndices"});
+constexpr auto frame_fields = std::to_array<std::string_view>(
+    {"NormalizedPerRatioJitter", "CameraCut", "Exposure", "CameraNearPlane", "CameraFarPlane"});
 
 /// "x2", "x1_5".
 std::string ratio_name(double scale) {
@@ -62,6 +71,7 @@ void read_planes(const JsonNode& node, FrameFiles& frame) {
 Sequence read_nss(const std::filesystem::path& description, double scale) {
     const nlohmann::json json = parse_json(read_file(description, largest_description), description);
     const JsonNode root(json, description);
+    root.refuse_misspelt(root_fields);
     const std::string ratio = ratio_name(scale);
     const std::filesystem::path name = description.stem(), inputs = description.parent_path() / ratio;
     const auto reference = description.parent_path() / "ground_truth" / name;
@@ -92,6 +102,7 @@ Sequence read_nss(const std::filesystem::path& description, double scale) {
         if (has_reference) frame.reference = reference / colors[i].filename();
         for (const auto& file : {frame.color, frame.depth, frame.motion, frame.reference})
             if (!file.empty()) dataset.require(file);
+        frames[i].refuse_misspelt(frame_fields);
         frame.jitter = read_jitter(frames[i]["NormalizedPerRatioJitter"], index, sequence.render_size);
         if (const auto cut = frames[i].find("CameraCut")) frame.reset = cut->boolean();
         if (const auto exposure = frames[i].find("Exposure")) frame.exposure = exposure->positive();
@@ -143,7 +154,7 @@ class NssOutput : public OutputLayout {
                                              {"ReverseZ", sequence.depth.reversed},
                                              {"UpscalingRatiosIndices", {{ratio_name(sequence.scale) + "_index", 0}}},
                                              {"Frames", std::move(frames)}};
-        const std::string text = json.dump(1) + "\n";
+        const std::string text = json_text(json, 1) + "\n";
         write_file_atomically(description_, std::as_bytes(std::span(text)));
     }
 

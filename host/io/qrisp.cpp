@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "io/enclosure.h"
 #include "io/file.h"
 #include "io/json_reader.h"
@@ -184,7 +185,7 @@ class QrispOutput : public OutputLayout {
     void describe(const Sequence& sequence) const override {
         for (const FrameFiles& frame : sequence.frames | std::views::reverse) {
             const nlohmann::json json = {{"jitter_offset", {{"x", -frame.jitter.x}, {"y", frame.jitter.y}}}};
-            const std::string text = json.dump(1) + "\n";
+            const std::string text = json_text(json, 1) + "\n";
             write_file_atomically(camera_file(segment_, frame.name), std::as_bytes(std::span(text)));
         }
     }

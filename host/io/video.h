@@ -16,9 +16,10 @@ struct VideoSettings {
     Size size;
     double frame_rate = 60;  // about: every picture has its own time
     std::optional<int> crf;  // quality at any bit rate, the encoder's: from 0, which is best, to 51, of WebM to 63
+    int bits = 8;            // of a value, 8 or 10; of streams 8
 };
 
-/// Takes pictures, and encodes them with 8 bits, 4:2:0, in the limited range of BT.709, with sRGB's transfer function;
+/// Takes pictures, and encodes them in 4:2:0, in the limited range of BT.709, with sRGB's transfer function;
 /// streams and files say so. Sides that are odd, which 4:2:0 cannot have, are a pixel longer than the pictures': the
 /// last one repeated.
 class VideoWriter {

@@ -33,7 +33,8 @@ class Encoder {
           size_(settings.size),
           frame_(av_frame_alloc()),
           packet_(av_packet_alloc()),
-          bytes_(size_t{3} * even(size_.width) * even(size_.height)) {
+          bits_(settings.bits),
+          bytes_((bits_ == 8 ? sizeof(uint8_t) : sizeof(uint16_t)) * 3 * even(size_.width) * even(size_.height)) {
         AVFormatContext* format = nullptr;
         check(avformat_alloc_output_context2(&format, nullptr, container, nullptr));
         format_.reset(format);
@@ -60,22 +61,14 @@ class Encoder {
         if (pixels.size != size_)
             fail(ErrorKind::invalid_argument, "{} is a video of {}x{}, which a picture of {}x{} does not go into",
                  name_, size_.width, size_.height, pixels.size.width, pixels.size.height);
-        const int width = even(size_.width), height = even(size_.height);
-        for (int y = 0; y < height; ++y) {
-            const float* row =
-                &pixels.values[size_t{1} * std::min(y, size_.height - 1) * size_.width * pixels.channels];
-            uint8_t* out = &bytes_[size_t{3} * y * width];
-            for (int x = 0; x < width; ++x, out += 3) {
-                const float* pixel = row + static_cast<size_t>(std::min(x, size_.width - 1)) * pixels.channels;
-                for (int channel = 0; channel < 3; ++channel) {
-                    const float positive = pixel[channel] > 0 ? pixel[channel] : 0;  // NaN too becomes 0
-                    out[channel] = static_cast<uint8_t>(std::min(positive, 1.0f) * 255 + 0.5f);
-                }
-            }
-        }
+        if (bits_ == 8)
+            store(pixels, bytes_.data());
+        else
+            store(pixels, reinterpret_cast<uint16_t*>(bytes_.data()));
         check(av_frame_make_writable(frame_.get()));
+        const int height = even(size_.height);
         const std::array<const uint8_t*, 1> planes{bytes_.data()};
-        const std::array<int, 1> pitches{3 * width};
+        const std::array<int, 1> pitches{static_cast<int>(bytes_.size()) / height};
         sws_scale(converter_.get(), planes.data(), pitches.data(), 0, height, frame_->data, frame_->linesize);
     }
 
@@ -100,11 +93,29 @@ class Encoder {
     }
 
   private:
+    /// As RGB, with what is missing of even sides.
+    template <typename T>
+    void store(const Pixels& pixels, T* out) const {
+        // White of 16 bits is what libswscale takes 8 bits for, 256 times as much: 65535 would come out beyond white.
+        constexpr float largest = sizeof(T) == 1 ? 255 : 255 * 256;
+        for (int y = 0; y < even(size_.height); ++y) {
+            const float* row =
+                &pixels.values[size_t{1} * std::min(y, size_.height - 1) * size_.width * pixels.channels];
+            for (int x = 0; x < even(size_.width); ++x) {
+                const float* pixel = row + static_cast<size_t>(std::min(x, size_.width - 1)) * pixels.channels;
+                for (int channel = 0; channel < 3; ++channel) {
+                    const float positive = pixel[channel] > 0 ? pixel[channel] : 0;  // NaN too becomes 0
+                    *out++ = static_cast<T>(std::min(positive, 1.0f) * largest + 0.5f);
+                }
+            }
+        }
+    }
+
     void set_up_codec(const VideoSettings& settings, bool is_live) {
         AVCodecContext& codec = *codec_;
         codec.width = even(size_.width);
         codec.height = even(size_.height);
-        codec.pix_fmt = AV_PIX_FMT_YUV420P;
+        codec.pix_fmt = bits_ == 8 ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV420P10;
         codec.time_base = {1, kTicks};
         const double rate = std::clamp(settings.frame_rate, 1.0, 1000.0);  // a renderer may have said anything
         codec.framerate = av_d2q(rate, 1001000);
@@ -128,9 +139,9 @@ class Encoder {
         frame.color_trc = codec_->color_trc;
         frame.chroma_location = codec_->chroma_sample_location;
         check(av_frame_get_buffer(&frame, 0));
-        converter_.reset(sws_getContext(frame.width, frame.height, AV_PIX_FMT_RGB24, frame.width, frame.height,
-                                        codec_->pix_fmt, SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr,
-                                        nullptr, nullptr));
+        converter_.reset(sws_getContext(
+            frame.width, frame.height, bits_ == 8 ? AV_PIX_FMT_RGB24 : AV_PIX_FMT_RGB48, frame.width, frame.height,
+            codec_->pix_fmt, SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INP, nullptr, nullptr, nullptr));
         const int* coefficients = sws_getCoefficients(SWS_CS_ITU709);
         constexpr int one = 1 << 16;
         if (!converter_ ||
@@ -162,7 +173,8 @@ class Encoder {
     Owned<AVPacket> packet_;
     Owned<SwsContext> converter_;
     AVStream* stream_ = nullptr;  // the format's
-    std::vector<uint8_t> bytes_;  // RGB
+    int bits_;
+    std::vector<uint8_t> bytes_;  // RGB, of 8 bits or 16 each
     int64_t last_ = -1;
 };
 

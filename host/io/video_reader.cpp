@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "io/file.h"
 #include "io/video_module.h"
 
 namespace clarus::io {
@@ -21,9 +22,7 @@ bool is_video_input(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<VideoReader> open_video(const std::filesystem::path& path) {
-    std::error_code none;
-    if (!std::filesystem::exists(path, none))
-        fail(ErrorKind::file, "cannot read the video {}: no such file", path.string());
+    require_file(path);
     return video_module().open(path);
 }
 

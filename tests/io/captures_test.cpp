@@ -240,6 +240,11 @@ TEST_CASE("an NSS capture that is wrong") {
     CHECK(message("/UpscalingRatiosIndices/x2_index", 2) ==
           Contains("Frames[0].NormalizedPerRatioJitter must be a list of more than 2"));
     CHECK(message("/UpscalingRatiosIndices/x2_index", -1) == Contains("UpscalingRatiosIndices.x2_index must be"));
+    CHECK(message("/Frames/1/CameraCutt", true) ==
+          Contains("Frames[1] has the unknown field \"CameraCutt\"; is it CameraCut?"));
+    CHECK(message("/Frames/1/exposure", 2) == Contains("is it Exposure?"));
+    CHECK(message("/EmulatedFrameRate", 2) == Contains("is it EmulatedFramerate?"));
+    CHECK(message("/Frames/1/ViewProjection", 2) == "no error");  // which others may have
     CHECK(message("/ReverseZ", true, 3) == Contains("x3/color/0003: No such file"));
     CHECK(message("/ReverseZ", true) == "no error");
 }

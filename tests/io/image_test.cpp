@@ -214,6 +214,18 @@ TEST_CASE("of an EXR's layers and parts those are read that are named so") {
     CHECK_THROWS_WITH_AS(read(3), Contains("which of its channels are colour? There are diffuse.R, diffuse.G"), Error);
     CHECK_THROWS_WITH_AS(read_image_header(path, 3), Contains("which of its channels are colour?"), Error);
 
+    // What is another thing by its name is not taken because there is nothing better.
+    write({{"", {"albedo.R", "albedo.G", "albedo.B", "depth.Z"}}});
+    CHECK_THROWS_WITH_AS(read(3), Contains("which of its channels are colour? There are albedo.R"), Error);
+    CHECK(read(1) == Values{3});
+    write({{"", {"rgba.red", "rgba.green", "rgba.blue", "normal.R", "normal.G", "normal.B"}}});
+    CHECK(read(3) == Values{0, 1, 2});
+    write({{"", {"N.X", "N.Y", "N.Z", "R", "G", "B"}}});
+    CHECK_THROWS_WITH_AS(read(1), Contains("which of its channels are depth?"), Error);
+    CHECK(read(3) == Values{3, 4, 5});
+    write({{"", {"albedo.R", "albedo.G", "albedo.B", "albedo.A"}}});  // there is nothing else
+    CHECK(read(3) == Values{0, 1, 2});
+
     // Colour and its alpha.
     write({{"", {"R", "G", "B", "A", "Z"}}});
     CHECK(read(4) == Values{0, 1, 2, 3});

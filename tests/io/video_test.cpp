@@ -6,6 +6,7 @@
 #include <string>
 
 #include "clarus/error.h"
+#include "io/video_reader.h"
 #include "metrics/psnr.h"
 #include "temporary_folder.h"
 #include "video_file.h"
@@ -111,6 +112,27 @@ TEST_CASE("colours are those of BT.709 in its limited range") {
     check(flat({32, 32}, 1, 0, 0), {63, 102, 240});
     check(flat({32, 32}, 0, 0, 1), {32, 240, 118});
     check(flat({32, 32}, NAN, -1, 0), {16, 128, 128});
+}
+
+TEST_CASE("ten bits hold what eight round away") {
+    const TemporaryFolder folder;
+    const Size size{65, 33};
+    for (const std::string name : {"video.mp4", "video.mkv", "video.webm"}) {
+        const auto error = [&](int bits) {
+            Pixels grey = picture(size, 0);  // chroma has half the resolution, whatever its bits
+            for (size_t i = 0; i < grey.values.size(); ++i) grey.values[i] = grey.values[i / 3 * 3];
+            const auto writer = io::write_video(folder / name, {.size = size, .crf = 0, .bits = bits});
+            writer->write(grey, 0, made);
+            writer->finish();
+            const auto reader = io::open_video(folder / name);
+            CHECK(reader->facts().bits == bits);
+            return metrics::mean_squared_error(cut(reader->next().value().pixels, size), grey);
+        };
+        const double eight = error(8), ten = error(10);
+        CAPTURE(name);
+        CAPTURE(eight);
+        CHECK(ten < eight / 2);  // crf 0 of ten bits is not without loss
+    }
 }
 
 TEST_CASE("crf is a video's quality") {
