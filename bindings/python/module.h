@@ -11,6 +11,8 @@ void add_errors(nanobind::module_& module);
 /// What there is: devices, models, jitter.
 void add_inquiry(nanobind::module_& module);
 void add_upscaler(nanobind::module_& module);
+/// What the library reports becomes messages of Python's logger "clarus".
+void add_messages(nanobind::module_& module);
 /// How near pictures are to a reference.
 void add_metrics(nanobind::module_& module);
 

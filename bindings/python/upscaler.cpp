@@ -64,6 +64,11 @@ class Stream {
           needs_depth_(upscaler_->needs_depth()),
           needs_motion_(upscaler_->needs_motion()) {}
 
+    /// Without Python's lock, which what the upscaler still has to say may want.
+    ~Stream() { close(); }
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+
     const UpscalerOptions& options() const { return options_; }
     Size render_size() const { return render_size_; }
     Size output_size() const { return output_size_; }
@@ -105,19 +110,19 @@ Input needed_input(const char* argument, nb::handle object, bool is_needed, cons
     return input_of(argument, object, format, size);
 }
 
-Input mask_input(const char* argument, nb::handle object, const std::optional<ImageFormat>& format, Size size) {
+Input optional_input(const char* argument, nb::handle object, const std::optional<ImageFormat>& format, Size size) {
     if (object.is_none()) return {};
     if (!format)
-        throw Error(
-            ErrorKind::invalid_argument,
-            fmt::format("{0}: this Upscaler was made for none; {0}_format=(\"float32\", 1) has it take one", argument));
+        throw Error(ErrorKind::invalid_argument,
+                    fmt::format("{0}: this Upscaler was made for none; with {0}_format it takes one", argument));
     return input_of(argument, object, *format, size);
 }
 
 nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handle motion,
                    std::pair<float, float> jitter, bool reset, float exposure, float near_plane, float far_plane,
                    std::optional<Pair> render_size, std::optional<std::pair<float, float>> motion_scale,
-                   nb::handle reactive_mask, nb::handle transparency_mask, nb::object out) {
+                   nb::handle reactive_mask, nb::handle transparency_mask, nb::handle opaque_color, nb::handle ui,
+                   nb::handle exposure_image, nb::object out) {
     const UpscalerOptions& options = stream.options();
     const Size size = render_size ? size_of(*render_size) : stream.render_size();
     const Size output_size = stream.with([&](Upscaler& upscaler) { return upscaler.output_size(size); });
@@ -125,8 +130,12 @@ nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handl
     const Input depths = needed_input("depth", depth, stream.needs_depth(), options.depth_format, size);
     const Input motions = needed_input("motion", motion, stream.needs_motion(), options.motion_format,
                                        options.motion_size.value_or(size));
-    const Input reactive = mask_input("reactive_mask", reactive_mask, options.reactive_format, size);
-    const Input transparency = mask_input("transparency_mask", transparency_mask, options.transparency_format, size);
+    const Input reactive = optional_input("reactive_mask", reactive_mask, options.reactive_format, size);
+    const Input transparency =
+        optional_input("transparency_mask", transparency_mask, options.transparency_format, size);
+    const Input opaque = optional_input("opaque_color", opaque_color, options.opaque_format, size);
+    const Input interface = optional_input("ui", ui, options.ui_format, output_size);
+    const Input exposures = optional_input("exposure_image", exposure_image, options.exposure_format, {1, 1});
     if (out.is_none()) out = new_array(options.output_format, output_size);
 
     FrameDescription frame;
@@ -136,6 +145,9 @@ nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handl
     frame.motion = motions.image;
     frame.reactive_mask = reactive.image;
     frame.transparency_mask = transparency.image;
+    frame.opaque_color = opaque.image;
+    frame.ui = interface.image;
+    frame.exposure_image = exposures.image;
     frame.output = output_of("out", out, options.output_format, output_size);
     frame.jitter = vector_of(jitter);
     frame.reset = reset;
@@ -168,7 +180,9 @@ Arrays are what has __dlpack__ or the buffer protocol, in host memory: `color` (
 (height, width), `motion` (height, width, 2). They are not copied, unless pixels are not beside each other. `jitter` is
 in render pixels; `motion` is of another size where the Upscaler was given one; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour.
 `render_size` and `motion_scale` are this frame's, where they are others (dynamic_resolution). `reactive_mask` and
-`transparency_mask` (height, width) are 1 where history is not to be trusted, 0 elsewhere.
+`transparency_mask` (height, width) are 1 where history is not to be trusted, 0 elsewhere; or `opaque_color`, the frame
+without what is transparent, of which a mask is made. `ui` (premultiplied, of four channels, at output size) is drawn on
+the result; `exposure_image` is one pixel in place of `exposure`.
 
 Returns when the frame is done; other threads of Python run meanwhile. Raises InvalidArgumentError, naming the argument,
 and, of the first frame as prepare() does, BuildError, OutOfMemoryError, DeviceError.)";
@@ -178,7 +192,8 @@ constexpr const char* upscale_signature =
     "jitter: tuple[float, float] = (0.0, 0.0), reset: bool = False, exposure: float = 1.0, near_plane: float = 0.0, "
     "far_plane: float = 0.0, render_size: tuple[int, int] | None = None, "
     "motion_scale: tuple[float, float] | None = None, reactive_mask: object | None = None, "
-    "transparency_mask: object | None = None, out: object | None = None) -> numpy.ndarray";
+    "transparency_mask: object | None = None, opaque_color: object | None = None, ui: object | None = None, "
+    "exposure_image: object | None = None, out: object | None = None) -> numpy.ndarray";
 
 }  // namespace
 
@@ -193,11 +208,13 @@ void add_upscaler(nb::module_& module) {
                bool depth_projective, bool depth_reversed, std::pair<float, float> motion_scale, bool motion_jittered,
                bool motion_sampled_at_jitter, const Format& color_format, const Format& depth_format,
                const Format& motion_format, const std::optional<Format>& reactive_mask_format,
-               const std::optional<Format>& transparency_mask_format, const Format& output_format,
-               std::optional<Pair> motion_size, bool automatic_exposure, std::optional<Pair> output_size,
-               const std::string& antialias_input, const std::string& antialias, float sharpen,
-               const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
-               const std::string& placement, bool fallback, int band_rows, const std::vector<std::string>& views) {
+               const std::optional<Format>& transparency_mask_format, const std::optional<Format>& opaque_color_format,
+               const std::optional<Format>& ui_format, const std::optional<Format>& exposure_image_format,
+               const Format& output_format, std::optional<Pair> motion_size, bool automatic_exposure,
+               std::optional<Pair> output_size, const std::string& antialias_input, const std::string& antialias,
+               float sharpen, const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
+               const std::string& placement, bool fallback, int band_rows, bool diagnose,
+               const std::vector<std::string>& views) {
                 UpscalerOptions options;
                 options.precision = value_of<Precision>(
                     "precision", precision,
@@ -218,6 +235,10 @@ void add_upscaler(nb::module_& module) {
                     options.reactive_format = format_of("reactive_mask_format", *reactive_mask_format);
                 if (transparency_mask_format)
                     options.transparency_format = format_of("transparency_mask_format", *transparency_mask_format);
+                if (opaque_color_format) options.opaque_format = format_of("opaque_color_format", *opaque_color_format);
+                if (ui_format) options.ui_format = format_of("ui_format", *ui_format);
+                if (exposure_image_format)
+                    options.exposure_format = format_of("exposure_image_format", *exposure_image_format);
                 options.output_format = format_of("output_format", output_format);
                 if (motion_size) options.motion_size = size_of(*motion_size);
                 options.automatic_exposure = automatic_exposure;
@@ -230,6 +251,7 @@ void add_upscaler(nb::module_& module) {
                 options.placement = placement;
                 options.fallback = fallback;
                 options.band_rows = band_rows;
+                options.diagnose = diagnose;
                 options.views = views;
                 const auto* selector = std::get_if<std::string>(&device);
                 new (self) Stream(selector ? Device::open(*selector) : std::get<Device>(device), model_of(model, scale),
@@ -241,16 +263,18 @@ void add_upscaler(nb::module_& module) {
             "motion_sampled_at_jitter"_a = false, "color_format"_a = std::pair("float32", 3),
             "depth_format"_a = std::pair("float32", 1), "motion_format"_a = std::pair("float32", 2),
             "reactive_mask_format"_a = nb::none(), "transparency_mask_format"_a = nb::none(),
+            "opaque_color_format"_a = nb::none(), "ui_format"_a = nb::none(), "exposure_image_format"_a = nb::none(),
             "output_format"_a = std::pair("float32", 3), "motion_size"_a = nb::none(), "automatic_exposure"_a = false,
             "output_size"_a = nb::none(), "antialias_input"_a = "none", "antialias"_a = "none",
             "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
             "dynamic_resolution"_a = false, "placement"_a = usual.placement, "fallback"_a = false, "band_rows"_a = 0,
-            "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
+            "diagnose"_a = false, "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
         .def("upscale", &upscale, nb::sig(upscale_signature), "color"_a.none(), "depth"_a = nb::none(),
              "motion"_a = nb::none(), nb::kw_only(), "jitter"_a = std::pair(0.0f, 0.0f), "reset"_a = false,
              "exposure"_a = 1.0f, "near_plane"_a = 0.0f, "far_plane"_a = 0.0f, "render_size"_a = nb::none(),
              "motion_scale"_a = nb::none(), "reactive_mask"_a = nb::none(), "transparency_mask"_a = nb::none(),
-             "out"_a = nb::none(), upscale_help)
+             "opaque_color"_a = nb::none(), "ui"_a = nb::none(), "exposure_image"_a = nb::none(), "out"_a = nb::none(),
+             upscale_help)
         .def(
             "prepare", [](Stream& stream) { stream.with([](Upscaler& upscaler) { upscaler.prepare(); }); },
             "Compiles, tunes where `tuning` says so, and allocates: what the first frame would do. Raises BuildError, "

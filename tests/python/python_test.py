@@ -235,6 +235,48 @@ class Threads(unittest.TestCase):
             np.testing.assert_array_equal(result, expected)
 
 
+class WhatElseFramesBring(unittest.TestCase):
+    def test_user_interface_and_exposure(self):
+        color = made_up(0)[0]
+        with clarus.Upscaler("bicubic", RENDER, device=DEVICE, ui_format=("float32", 4)) as made:
+            ui = np.zeros((OUTPUT[1], OUTPUT[0], 4), np.float32)
+            ui[:8, :8] = 1  # opaque white
+            shown = made.upscale(color, ui=ui)
+            np.testing.assert_array_equal(shown[:8, :8], 1)
+            np.testing.assert_array_equal(shown[8:], made.upscale(color)[8:])
+        with clarus.Upscaler("bicubic", RENDER, device=DEVICE, color_space="linear",
+                             exposure_image_format=("float32", 1)) as made:
+            bright = color * 9
+            by_image = made.upscale(bright, exposure_image=np.full((1, 1), 0.25, np.float32))
+            np.testing.assert_array_equal(by_image, made.upscale(bright, exposure=0.25))
+        with upscaler(opaque_color_format=("float32", 3)) as made:
+            color, depth, motion = made_up(0)
+            made.upscale(color, depth, motion, opaque_color=color)
+            with self.assertRaisesRegex(clarus.InvalidArgumentError, "opaque_color: none"):
+                made.upscale(color, depth, motion)
+        with upscaler() as made:
+            with self.assertRaisesRegex(clarus.InvalidArgumentError, "ui: this Upscaler was made for none"):
+                made.upscale(*made_up(0), ui=color)
+
+    def test_what_is_reported_is_logged(self):
+        with self.assertLogs("clarus", "WARNING") as messages:
+            with upscaler() as made:
+                made.upscale(*made_up(0), jitter=(0.3, 0.1))  # which the model has no kernels for
+        self.assertIn("jitter", messages.output[0])
+
+    def test_a_wrong_sign_is_logged(self):
+        rng = np.random.default_rng(3)
+        wide = np.kron(rng.random((40, 60, 3)), np.ones((2, 2, 1))).astype(np.float32)
+        depth = np.full((32, 48), 0.5, np.float32)
+        with self.assertLogs("clarus", "WARNING") as messages, upscaler(diagnose=True) as made:
+            for frame in range(9):  # the picture goes two pixels to the left a frame
+                color = wide[:32, 2 * frame:2 * frame + 48]
+                motion = np.zeros((32, 48, 2), np.float32)
+                motion[..., 0] = -2  # right would be 2, to the place before
+                made.upscale(color, depth, motion, jitter=clarus.halton_jitter(frame, 16), reset=frame == 0)
+        self.assertIn("motion", " ".join(messages.output))
+
+
 class Errors(unittest.TestCase):
     def refused(self, pattern, kind=clarus.InvalidArgumentError):
         return self.assertRaisesRegex(kind, pattern)
