@@ -21,8 +21,8 @@
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
-#include "cli/overwriting.h"
 #include "cli/progress.h"
+#include "cli/taken_files.h"
 #include "measure/start.h"
 
 namespace clarus::cli {
@@ -151,6 +151,10 @@ void bench(Options& options) {
     const std::filesystem::path output = options.output.empty() ? default_output() : options.output;
     OutputFolders folders;
     require_place_for(folders, output);
+    TakenFiles taken;
+    for (const std::string& model : options.bench.models) taken.add(model, "a model");
+    if (!options.checks.empty()) taken.add(options.checks, "the expected images");
+    taken.take("--output", output);
     options.bench.checks = measure::Checks::read(options.checks.empty() ? measure::shipped_checks() : options.checks);
     options.bench.version = CLARUS_VERSION_STRING;
     if (!options.without_start) options.bench.tool = std::filesystem::read_symlink("/proc/self/exe");

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_text.h"
 #include "measure/comparison.h"
 #include "measure/result.h"
 
@@ -153,7 +154,7 @@ void add_bench_compare_command(CLI::App& bench) {
     command.callback([options] {
         const Comparison comparison = measure::compare(options->a, options->b);
         if (options->json)
-            fmt::print("{}\n", to_json(comparison).dump(2));
+            fmt::print("{}\n", json_text(to_json(comparison), 2));
         else
             print(comparison);
     });

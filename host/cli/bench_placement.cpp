@@ -13,8 +13,8 @@
 #include "base/error.h"
 #include "base/parse.h"
 #include "cli/output_folder.h"
-#include "cli/overwriting.h"
 #include "cli/progress.h"
+#include "cli/taken_files.h"
 #include "io/file.h"
 #include "measure/device_json.h"
 #include "measure/placements.h"
@@ -57,7 +57,12 @@ void bench_placement(const Options& options) {
     const Model model = Model::find(options.model, 2);
     const auto side = [&](int pixels) { return std::max(1, static_cast<int>(pixels / model.scale())); };
     OutputFolders folders;
-    if (!options.output.empty()) folders.require(folder_of(options.output));
+    if (!options.output.empty()) {
+        TakenFiles taken;
+        taken.add(options.model, "the model");
+        taken.take("--output", options.output);
+        folders.require(folder_of(options.output));
+    }
     std::vector<measure::PlacementResult> results;
     {
         Progress progress("measuring placements");

@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "cli/check_correction.h"
 #include "cli/check_page.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
-#include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "cli/sequence_options.h"
+#include "cli/taken_files.h"
 #include "io/file.h"
 
 namespace clarus::cli {
@@ -67,8 +68,11 @@ void print_text(const check::Judgement& judgement, const io::Sequence& sequence)
         rows.push_back({one.field, one.declared, one.best, one.gain > 0 ? fmt::format("{:.1f}", one.gain) : "–",
                         word(one.verdict), one.count > 0 ? fmt::format("{} of {}", one.agree, one.count) : "–",
                         one.note});
-    fmt::print("{} frames, {} to {}\n\n", sequence.frames.size(), sequence.frames.front().name,
-               sequence.frames.back().name);
+    if (sequence.frames.size() == 1)
+        fmt::print("1 frame, {}\n\n", sequence.frames.front().name);
+    else
+        fmt::print("{} frames, {} to {}\n\n", sequence.frames.size(), sequence.frames.front().name,
+                   sequence.frames.back().name);
     print_table(rows);
     const auto wrong = std::ranges::count(judgement.findings, check::Verdict::wrong, &check::Finding::verdict);
     fmt::print("\n{}\n", wrong == 0   ? "Nothing is surely wrong."
@@ -89,7 +93,7 @@ void print_json(const check::Judgement& judgement, const io::Sequence& sequence)
                             {"note", one.note}});
     const nlohmann::ordered_json json{
         {"wrong", judgement.is_wrong()}, {"frames", sequence.frames.size()}, {"findings", std::move(findings)}};
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json, 2));
 }
 
 int check_conventions(const CheckOptions& options) {

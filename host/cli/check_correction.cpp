@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "io/file.h"
 
 namespace clarus::cli {
@@ -107,7 +108,7 @@ std::vector<std::string> write_correction(const fs::path& sequence, const fs::pa
     if (correction.color_space) json["color_space"] = *correction.color_space == ColorSpace::linear ? "linear" : "srgb";
     for (const std::string& what : correction.unsayable)
         lines.push_back("not corrected, since the JSON cannot say it: " + what);
-    const std::string text = json.dump(1) + "\n";
+    const std::string text = json_text(json, 1) + "\n";
     io::write_file_atomically(corrected, std::as_bytes(std::span(text)));
     lines.push_back(corrected.string() + ": with what was found put right; check it, too");
     return lines;

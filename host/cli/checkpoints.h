@@ -39,6 +39,8 @@ class Checkpoints {
     /// Before a run's first frame: its state, of no frame yet, takes the place of an earlier run's, of which pictures
     /// may be replaced from now on. Errors: file, where that cannot be removed.
     void start_over();
+    /// Whether the states could be kept so far.
+    bool is_kept() const { return !has_failed_; }
     /// Whether it is time for the next one.
     bool is_due() const;
     /// Takes what the run's first `frames` leave for the next; no other was submitted.

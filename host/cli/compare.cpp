@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/comparison.h"
 #include "cli/contact_sheet.h"
 #include "cli/image_folder.h"
 #include "cli/quality_text.h"
+#include "cli/taken_files.h"
 
 namespace clarus::cli {
 namespace {
@@ -65,6 +67,15 @@ void print_text(const CompareOptions& options, std::span<const NamedQuality> row
 void print_comparison(const CompareOptions& options) {
     const std::vector<Reference> references = read_references(options.reference);
     const size_t shown = shown_frame(options.sheet, references);
+    if (!options.sheet.file.empty()) {
+        TakenFiles taken;
+        if (references.front().sequence)
+            taken.add(options.reference.sequence.path, *references.front().sequence);
+        else
+            taken.add_folder(options.reference.sequence.path);
+        for (const std::filesystem::path& folder : options.results) taken.add_folder(folder);
+        taken.take("--sheet", options.sheet.file);
+    }
     const std::vector<ComparedResult> results = compare(options.results, references, options.reference);
     std::vector<NamedQuality> rows;
     nlohmann::ordered_json json;
@@ -73,7 +84,7 @@ void print_comparison(const CompareOptions& options) {
         json.push_back(comparison_json(result, references));
     }
     if (options.form == Form::json)
-        fmt::print("{}\n", (json.size() == 1 ? json[0] : json).dump(2));
+        fmt::print("{}\n", json_text(json.size() == 1 ? json[0] : json, 2));
     else if (options.form == Form::csv)
         fmt::print("{}", quality_csv(rows));
     else

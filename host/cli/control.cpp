@@ -6,6 +6,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/json_text.h"
 #include "cli/commands.h"
 #include "cli/control_server.h"
 #include "cli/progress.h"
@@ -65,7 +66,7 @@ void control(const ControlOptions& options) {
         state = ask_server(options.name, request, [&](double fraction) { progress.update(fraction); });
     }
     if (options.as_json)
-        fmt::print("{}\n", state.dump(2));
+        fmt::print("{}\n", json_text(state, 2));
     else
         print_state(state);
 }

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/explain.h"
+#include "base/json_text.h"
 #include "cli/share_error.h"
 #include "io/json_reader.h"
 
@@ -23,7 +24,7 @@ constexpr int kChangeMilliseconds = 300000;  // a kernel that compiles tells no 
 constexpr int kRequestMilliseconds = 1000;   // who connects and asks nothing for so long is left
 
 void send(int connection, const json& packet) {
-    const std::string text = packet.dump(-1, ' ', false, json::error_handler_t::replace);
+    const std::string text = json_text(packet);
     share_send(connection, text.data(), text.size(), nullptr, 0);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "cl/platforms.h"
 #include "clarus/device.h"
 #include "cli/commands.h"
@@ -59,7 +60,7 @@ void print_devices(bool as_json) {
     if (as_json) {
         auto list = nlohmann::ordered_json::array();
         for (const DeviceProfile& device : devices) list.push_back(measure::to_json(device));
-        fmt::print("{}\n", list.dump(2));
+        fmt::print("{}\n", json_text(list, 2));
     } else {
         for (const DeviceProfile& device : devices) print_table(device);
     }

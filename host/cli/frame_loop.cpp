@@ -202,16 +202,17 @@ class FrameLoop {
         if (output_.writer) encode(slot, track, before);
         if (output_.shared) share(slot, track, before);
         if (output_.folder.empty()) return;
-        const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels, io::SampleType samples) {
-            io::write_image(file, pixels, samples, output_.png_compression);
+        const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels) {
+            io::write_image(file, pixels, output_.type, output_.png_compression, output_.tags);
         };
         if (slot.alpha.values.empty())
-            save(slot.result.file, slot.output, output_.type);
+            save(slot.result.file, slot.output);
         else
-            save(slot.result.file, with_alpha(slot.output, slot.alpha), output_.type);
-        if (has_before(slot)) save(output_.file_before(slot.frame.name), slot.before, output_.type);
+            save(slot.result.file, with_alpha(slot.output, slot.alpha));
+        if (has_before(slot)) save(output_.file_before(slot.frame.name), slot.before);
         for (const auto& [name, picture] : slot.views)
-            save(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8);
+            io::write_image(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8,
+                            output_.png_compression);
     }
 
     void encode(Slot& slot, Trace::Track track, const std::shared_future<void>& before) {

@@ -38,9 +38,13 @@ struct FrameOutput {
     SharedOutput* shared = nullptr;
     AlphaUpscaler* alpha = nullptr;  // where pictures are to have the alpha that frames bring
     Checkpoints* checkpoints = nullptr;
-    bool goes_on = false;  // frames were made before: a picture in between comes before the first one, too
+    bool goes_on = false;             // frames were made before: a picture in between comes before the first one, too
+    std::filesystem::path picture{};  // of the one frame there is, in the folder under a name of its own
+    io::ColorTags tags{};             // of the pictures
 
-    std::filesystem::path file(const std::string& frame) const { return writer ? video : folder / (frame + extension); }
+    std::filesystem::path file(const std::string& frame) const {
+        return writer ? video : picture.empty() ? folder / (frame + extension) : picture;
+    }
     std::filesystem::path file_before(const std::string& frame) const { return file(name_before(frame)); }
     std::filesystem::path view_folder(const std::string& view) const { return folder / "views" / view; }
     std::filesystem::path view_file(const std::string& view, const std::string& frame) const {

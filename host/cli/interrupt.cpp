@@ -30,11 +30,14 @@ void handle(int signal, void (*handler)(int)) {
 }  // namespace
 
 void remove_unfinished_files_when_ended() {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) handle(signal, end);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT, SIGALRM, SIGUSR1, SIGUSR2, SIGXCPU})
+        handle(signal, end);
+    std::signal(SIGXFSZ, SIG_IGN);  // writing more than is allowed (ulimit -f) is then an error of that file
 }
 
 Interrupt::Interrupt() {
     interrupted = false;
+    remove_unfinished_files_when_ended();  // once more: OpenCL's compiler may have put handlers of its own
     std::signal(SIGINT, interrupt);
     std::signal(SIGTERM, interrupt);
 }

@@ -40,7 +40,10 @@ spdlog::level::level_enum spdlog_level(clarus::LogLevel level) {
     return spdlog::level::warn;
 }
 
-void report(std::string_view message) { fmt::print(stderr, "clarus: error: {}\n", clarus::cli::printable(message)); }
+/// Where standard error takes nothing, the exit status alone tells.
+void report(std::string_view message) {
+    std::fputs(fmt::format("clarus: error: {}\n", clarus::cli::printable(message)).c_str(), stderr);
+}
 
 /// The command that was given, as far as it is one: `clarus bench compare`.
 const CLI::App& innermost(const CLI::App& app) {
@@ -126,7 +129,7 @@ int run(int argc, char** argv) {
     clarus::cli::add_relay_command(app);
 
     if (argc < 2) {
-        fmt::print(stderr, "{}", app.help());
+        std::fputs(app.help().c_str(), stderr);
         return exit_usage;
     }
     std::vector<std::string> words(argv + 1, argv + argc);

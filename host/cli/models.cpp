@@ -10,9 +10,11 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_text.h"
 #include "clarus/model.h"
 #include "cli/commands.h"
 #include "cli/pipeline_options.h"
+#include "cli/taken_files.h"
 #include "io/safetensors_writer.h"
 
 namespace clarus::cli {
@@ -68,7 +70,7 @@ void print_models_as_json() {
             list.push_back({{"name", name}, {"error", error.what()}});
         }
     }
-    fmt::print("{}\n", list.dump(2));
+    fmt::print("{}\n", json_text(list, 2));
 }
 
 void print_models() {
@@ -101,6 +103,9 @@ void write_model(const std::string& name_or_path, const std::filesystem::path& f
         fail(ErrorKind::invalid_argument, "{} is a filter, of which there is no model file", model.name());
     if (file.extension() != ".safetensors")
         fail(ErrorKind::invalid_argument, "--output {}: a model file's name ends in .safetensors", file.string());
+    TakenFiles taken;
+    taken.add(model.tensors()->path(), "the model");
+    taken.take("--output", file);
     std::map<std::string, io::NewTensor> tensors;
     for (const auto& [name, tensor] : model.tensors()->tensors())
         tensors[name] = io::NewTensor::of(tensor.type, tensor.shape, tensor.bytes);

@@ -10,6 +10,7 @@
 #include "cli/sequence_options.h"
 #include "cli/share_options.h"
 #include "cli/shared_frames.h"
+#include "cli/taken_files.h"
 #include "io/frames.h"
 
 namespace clarus::cli {
@@ -38,6 +39,11 @@ bool share_all(const io::Sequence& sequence, SharedFrames& shared, Progress* pro
 void play(const PlayOptions& options) {
     io::Sequence sequence = options.sequence.read(2);
     io::check_sequence(sequence, false, false);
+    if (!options.share.trace.empty()) {
+        TakenFiles taken;
+        taken.add(options.sequence.path, sequence);
+        taken.take("--trace", options.share.trace);
+    }
     sequence.frames.front().reset = true;  // whatever came before it
     const Interrupt interrupt;
     ShareOptions share = options.share;

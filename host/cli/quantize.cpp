@@ -13,9 +13,9 @@
 #include "cli/calibration.h"
 #include "cli/commands.h"
 #include "cli/output_folder.h"
-#include "cli/overwriting.h"
 #include "cli/progress.h"
 #include "cli/sequence_options.h"
+#include "cli/taken_files.h"
 #include "io/safetensors_writer.h"
 #include "io/temporary_folder.h"
 

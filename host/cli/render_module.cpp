@@ -21,6 +21,7 @@
 #include "cli/progress.h"
 #include "cli/share_options.h"
 #include "cli/shared_frames.h"
+#include "cli/taken_files.h"
 #include "io/encode.h"
 #include "io/output_layout.h"
 #include "render/renderer.h"
@@ -274,6 +275,11 @@ void run(const Options& options) {
     check_at_least("--first-frame", options.first_frame, 0);
     check_at_least("--path", options.path, 0);
     check_at_least("--threads", options.threads, 0);
+    if (!options.share.trace.empty()) {
+        TakenFiles taken;
+        taken.add(options.scene, "the scene");
+        taken.take("--trace", options.share.trace);
+    }
     std::optional<tbb::global_control> threads;
     if (options.threads > 0) threads.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
 

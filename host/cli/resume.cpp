@@ -37,7 +37,8 @@ void warn_of_missing(const RunState& state, const io::Sequence& sequence, const 
     for (size_t i = state.first; i < std::min(state.next, sequence.frames.size()); ++i)
         if (!is_made(sequence.frames[i].name) && missing++ == 0) first = i;
     if (missing > 0)
-        log(LogLevel::warning, "{} of the frames before that {} counts as done are not there, the first is {}", missing,
+        log(LogLevel::warning,
+            "{} of the pictures before that {} counts as done are not there, or damaged; the first is {}", missing,
             state_file.string(), sequence.frames[first].name);
 }
 

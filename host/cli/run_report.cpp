@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "base/log.h"
 #include "base/precision.h"
 #include "cli/quality_text.h"
@@ -73,7 +74,7 @@ void RunReport::write_json(const std::filesystem::path& path) const {
         {"timeline", measure::timeline_json(stages)},
         {"frames", list(frames)}};
     if (const auto measured = quality()) json["quality"] = quality_json(*measured);
-    const std::string text = json.dump(2) + "\n";
+    const std::string text = json_text(json, 2) + "\n";
     io::write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 

@@ -19,7 +19,6 @@
 #include "cli/frame_loop.h"
 #include "cli/interrupt.h"
 #include "cli/output_folder.h"
-#include "cli/overwriting.h"
 #include "cli/pipeline_options.h"
 #include "cli/placement_options.h"
 #include "cli/progress.h"
@@ -27,6 +26,7 @@
 #include "cli/shared_output.h"
 #include "cli/shared_source.h"
 #include "cli/supervisor.h"
+#include "cli/taken_files.h"
 #include "cli/trace.h"
 #include "cli/video_output.h"
 #include "link/link.h"
@@ -101,7 +101,7 @@ void serve(const ServeOptions& options) {
     share_one_heap();  // models may change for as long as it runs
     std::optional<link::Address> address;
     if (!options.listen.empty()) address = link::parse_address(options.listen, "--listen");
-    const OutputTarget target = output_target(options.output, true);
+    const OutputTarget target = output_target(options.output, Source::stream);
     Serving::Settings settings = options.settings;
     settings.keeps_size = target.is_video() || !target.shared.empty();
     SharedSource source(options.name, options.goes_on);
@@ -119,8 +119,13 @@ void serve(const ServeOptions& options) {
     check_crf(options.crf, target);
     OutputFolders folders;
     if (!target.folder.empty()) folders.require(target.folder);
-    for (const std::filesystem::path& file : {target.video, options.trace})
-        if (!file.empty()) folders.require(folder_of(file));
+    TakenFiles taken;
+    taken.add(options.settings.wish.model, "the model");
+    for (const auto& [option, file] : {std::pair("--output", target.video), {"--trace", options.trace}}) {
+        if (file.empty()) continue;
+        taken.take(option, file);
+        folders.require(folder_of(file));
+    }
     const Interrupt interrupt;
     std::optional<VideoOutput> video;
     if (target.is_video()) video.emplace(target);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/json_text.h"
 #include "io/file.h"
 
 namespace clarus::cli {
@@ -51,10 +52,9 @@ void Trace::write(const std::filesystem::path& path) const {
                           {"dur", (event.end - event.start) * microseconds},
                           {"args", {{"frame", event.frame}}}});
     const std::chrono::duration<double, std::micro> began = began_.time_since_epoch();
-    const std::string text =
-        nlohmann::json{{"traceEvents", events}, {"displayTimeUnit", "ms"}, {"otherData", {{"began", began.count()}}}}
-            .dump() +
-        "\n";
+    const nlohmann::json json{
+        {"traceEvents", events}, {"displayTimeUnit", "ms"}, {"otherData", {{"began", began.count()}}}};
+    const std::string text = json_text(json) + "\n";
     io::write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 

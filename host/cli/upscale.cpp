@@ -42,6 +42,7 @@
 #include "cli/video_source.h"
 #include "io/described.h"
 #include "io/frames.h"
+#include "io/image_folder.h"
 #include "io/video_reader.h"
 
 namespace clarus::cli {
@@ -77,27 +78,55 @@ Format output_format(const UpscaleOptions& options, const OutputTarget& target, 
     if (!target.video.empty() && (options.format || !options.views.empty()))
         fail(ErrorKind::invalid_argument, "{} is of pictures; name a folder as --output, in place of {}",
              options.format ? "--format" : "--view", target.video.string());
-    const bool linear = color_space == ColorSpace::linear;
-    const Format format = options.format.value_or(linear ? Format::exr : Format::png);
+    const bool linear = color_space == ColorSpace::linear, is_picture = !target.picture.empty();
+    const Format named = io::extension_of(target.picture) == ".exr" ? Format::exr : Format::png;
+    if (is_picture && options.format.value_or(named) != named)
+        fail(ErrorKind::invalid_argument, "--format is another than that of --output {}; leave it out",
+             target.picture.string());
+    const Format format = is_picture ? named : options.format.value_or(linear ? Format::exr : Format::png);
     if (linear && format == Format::png && target.video.empty())
-        fail(ErrorKind::invalid_argument,
-             "the sequence {} is linear HDR, which a PNG file cannot hold; use --format exr",
-             options.sequence.path.string());
+        fail(ErrorKind::invalid_argument, "the sequence {} is linear HDR, which a PNG file cannot hold; {}",
+             options.sequence.path.string(), is_picture ? "name an .exr file" : "use --format exr");
     return format;
+}
+
+/// Errors: invalid_argument for what one picture cannot hold, and in a folder whose run would take it for its own.
+void check_picture(const UpscaleOptions& options, const OutputTarget& target, size_t frames) {
+    const char* const more = options.frame_rate == FrameRate::doubled ? "--frame-rate x2"
+                             : !options.views.empty()                 ? "--view"
+                             : options.resume                         ? "--resume"
+                             : options.save_every                     ? "--save-every"
+                                                                      : nullptr;
+    if (more)
+        fail(ErrorKind::invalid_argument, "{} writes more than a picture; name a folder as --output, in place of {}",
+             more, target.picture.string());
+    if (frames != 1)
+        fail(ErrorKind::invalid_argument,
+             "--output {} is one picture, and {} frames would be made; name a folder, or one frame: --frames 0:1",
+             target.picture.string(), frames);
+    if (exists(run_state_file(target.folder)))
+        fail(ErrorKind::invalid_argument,
+             "--output {} would lie in a folder whose frames `clarus upscale --resume` goes on with; name another "
+             "folder",
+             target.picture.string());
 }
 
 /// As exact as colour is, by default. Errors: invalid_argument for bits that the format has not.
 io::SampleType output_type(const std::optional<int>& bits, Format format, const OutputTarget& target,
                            io::SampleType color) {
-    if (bits && target.is_video())
-        fail(ErrorKind::invalid_argument, "--bits is of pictures; name a folder as --output, in place of {}",
-             target.video.string());
-    const bool png = format == Format::png;
+    if (bits && target.is_video() && *bits != 8 && *bits != 10)
+        fail(ErrorKind::invalid_argument, "a video holds 8 or 10 bits, not --bits {}; name a folder, in place of {}",
+             *bits, target.video.string());
+    const bool png = format == Format::png, is_picture = !target.picture.empty();
+    if (bits && !target.is_video() && *bits == 10)
+        fail(ErrorKind::invalid_argument, "--bits 10 is of videos; a picture holds 8, 16 or 32");
     if (bits && png && *bits == 32)
-        fail(ErrorKind::invalid_argument, "a PNG file holds 8 or 16 bits, not --bits 32; use --format exr");
+        fail(ErrorKind::invalid_argument, "a PNG file holds 8 or 16 bits, not --bits 32; {}",
+             is_picture ? "name an .exr file" : "use --format exr");
     if (bits && !png && *bits == 8)
         fail(ErrorKind::invalid_argument,
-             "an EXR file holds halves (--bits 16) or floats (--bits 32), not --bits 8; use --format png");
+             "an EXR file holds halves (--bits 16) or floats (--bits 32), not --bits 8; {}",
+             is_picture ? "name a .png file" : "use --format png");
     const int usual = png ? (color == io::SampleType::u16 ? 16 : 8) : (color == io::SampleType::f16 ? 16 : 32);
     const bool is_16 = bits.value_or(usual) == 16;
     if (png) return is_16 ? io::SampleType::u16 : io::SampleType::u8;
@@ -138,6 +167,16 @@ io::ColorFiles colors_of(const io::Sequence& sequence, const io::VideoFacts& fac
                          bool needs_motion) {
     io::check_described(sequence, needs_depth, needs_motion);
     return {.has_alpha = false, .type = facts.bits > 8 ? io::SampleType::u16 : io::SampleType::u8};
+}
+
+/// Whether a picture is there that can be read to its end.
+bool is_whole(const std::filesystem::path& picture) {
+    try {
+        io::read_image(picture);
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 /// The state of an earlier run into the folder, whose pictures are about to be replaced. Errors: file.
@@ -236,7 +275,11 @@ void upscale(const UpscaleOptions& options) {
     const size_t end = range.checked_end(whole.frames.size(), options.sequence.path);
     const auto [model, output_size] = choose_model(std::move(found), options.wish, whole, whole.is_dynamic(),
                                                    "the sequence " + options.sequence.path.string());
-    const OutputTarget target = output_target(options.output, false);
+    const OutputTarget target = output_target(options.output, Source::files);
+    if (is_video && !target.picture.empty())
+        fail(ErrorKind::invalid_argument, "--output {} is one picture, and {} a video; name a folder",
+             target.picture.string(), options.sequence.path.string());
+    if (!target.picture.empty()) check_picture(options, target, end - range.first);
     check_crf(options.crf, target);
     if (target.is_video() && (options.resume || options.save_every))
         fail(ErrorKind::invalid_argument,
@@ -268,12 +311,11 @@ void upscale(const UpscaleOptions& options) {
     const std::filesystem::path state_file = run_state_file(target.folder);
     const char* const extension = format == Format::exr ? ".exr" : ".png";
     const size_t asked = range.first;
-    const RunFrames run = options.resume
-                              ? resumed_frames(range, whole, options.sequence.path, state_file,
-                                               [&](const std::string& name) {
-                                                   return is_regular_file(target.folder / (name + extension));
-                                               })
-                              : RunFrames{asked, asked, end};
+    const RunFrames run =
+        options.resume
+            ? resumed_frames(range, whole, options.sequence.path, state_file,
+                             [&](const std::string& name) { return is_whole(target.folder / (name + extension)); })
+            : RunFrames{asked, asked, end};
     const std::optional<int> bits = bits_of(options, format, run.state);
     const auto settings_of_run = [&](io::SampleType type) {
         return run_settings(options, settings, upscaler, model, format, type);
@@ -301,7 +343,7 @@ void upscale(const UpscaleOptions& options) {
     if (target.is_video()) video.emplace(target);
     OutputFolders folders;  // which go after what lies in them
     std::optional<Checkpoints> checkpoints;
-    if (!video && !is_video)
+    if (!video && !is_video && target.picture.empty())
         checkpoints.emplace(Run{state_file, settings_of_run(type), whole, run.first, run.begin}, upscaler,
                             interpolator ? &*interpolator : nullptr, options.save_every);
     const FrameOutput output{target.folder,
@@ -319,7 +361,9 @@ void upscale(const UpscaleOptions& options) {
                              nullptr,
                              alpha ? &*alpha : nullptr,
                              checkpoints ? &*checkpoints : nullptr,
-                             run.begin > run.first};
+                             run.begin > run.first,
+                             target.picture,
+                             colors.tags};
     for (const io::FrameFiles& frame : sequence.frames) {
         upscaler.output_size(sequence.render_size_of(frame));
         if (interpolator) interpolator->output_size(sequence.render_size_of(frame));
@@ -376,7 +420,8 @@ void upscale(const UpscaleOptions& options) {
         if (video)
             video->open({.size = upscaler.output_size(),
                          .frame_rate = sequence.frame_rate * (interpolator ? 2 : 1),
-                         .crf = options.crf});
+                         .crf = options.crf,
+                         .bits = bits.value_or(8)});
         try {
             upscale_frames(
                 source, [&](SourceFrame&) { return only; }, interpolator ? &*interpolator : nullptr, output, under_way,
@@ -393,10 +438,12 @@ void upscale(const UpscaleOptions& options) {
             if (video)
                 fail(ErrorKind::file, "interrupted: {} has the first {} of {} frames", target.video.string(),
                      frames.size(), sequence.frames.size());
+            if (!target.picture.empty())
+                fail(ErrorKind::file, "interrupted: {} is not written", target.picture.string());
             fail(ErrorKind::file, "interrupted after {} of {} frames; --resume {} in {}", frames.size(),
                  sequence.frames.size(), frames.empty() ? "begins" : "goes on", target.folder.string());
         }
-        if (checkpoints && run.end < whole.frames.size())
+        if (checkpoints && checkpoints->is_kept() && run.end < whole.frames.size())
             fmt::print("made frames {} to {} of {}; --resume goes on there\n", run.begin, run.end - 1,
                        whole.frames.size());
     }
@@ -450,7 +497,7 @@ void add_upscale_command(CLI::App& app) {
     command
         .add_option("-o,--output", options->output,
                     "Folder for the images; those of the same name are replaced. Or a video, .mp4, .mkv (H.264) or "
-                    ".webm (VP9)")
+                    ".webm (VP9); of one frame, a picture, .png or .exr")
         ->type_name("DIR|FILE");
     add_video_options(command, options->crf);
     command
@@ -488,11 +535,13 @@ void add_upscale_command(CLI::App& app) {
                                               {{"png", Format::png}, {"exr", Format::exr}},
                                               "png unless the sequence is linear HDR");
     command
-        .add_option("--bits", options->bits,
-                    "Of a value in the pictures: 8 or 16 of png; 16, half, or 32, float, of exr. Unless told, 16 where "
-                    "the sequence's colour has 16 of that kind, else 8 of png and 32 of exr")
-        ->type_name("8|16|32")
-        ->check(CLI::IsMember({8, 16, 32}).description(""));
+        .add_option(
+            "--bits", options->bits,
+            "Of a value in the pictures: 8 or 16 of png; 16, half, or 32, float, of exr; by default 16 where "
+            "the sequence's colour has 16 of that kind, else 8 of png and 32 of exr. Of a video 8, the default, "
+            "or 10")
+        ->type_name("8|10|16|32")
+        ->check(CLI::IsMember({8, 10, 16, 32}).description(""));
     command
         .add_option(
             "--png-compression", options->png_compression,
@@ -544,7 +593,9 @@ void add_upscale_command(CLI::App& app) {
                     "Between the states from which --resume can go on, 0 for one a frame, at most 1e6; by default 10, "
                     "longer where writing would take more than 5 % of the time")
         ->type_name("SECONDS")
-        ->check(CLI::Range(0.0, 1e6).description(""));
+        ->check(CLI::Range(0.0, 1e6).description(""))
+        ->check(CLI::Validator(
+            [](const std::string& text) { return text.find('n') == text.npos ? "" : "not a number of seconds"; }, ""));
     command.footer(
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"
@@ -556,7 +607,7 @@ void add_upscale_command(CLI::App& app) {
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --bits 16\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled --resume\n"
         "  clarus upscale sequence --model enss-s-x2 --view list\n"
-        "  clarus upscale photo.png --model espcn-x2 --output upscaled\n"
+        "  clarus upscale photo.png --model espcn-x2 --output larger.png\n"
         "  clarus upscale clip.mp4 --model espcn-x2 --output larger.mp4\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"gpu, cpu\" --explain-placement\n"
         "  clarus upscale sequence --model mnss-x2 --output upscaled --device \"cpu/1, cpu/1=dsp\" "

@@ -6,37 +6,42 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "cli/taken_files.h"
+#include "io/image_folder.h"
 
 namespace clarus::cli {
 namespace {
 
 /// A name that cannot be meant as a folder's.
-bool is_another_file(const std::filesystem::path& path) {
+bool is_another_file(std::string_view extension) {
     constexpr std::string_view kinds[] = {".avi", ".bmp", ".exr", ".flv", ".gif",  ".jpeg", ".jpg", ".m4v",
                                           ".mov", ".mpg", ".png", ".tif", ".tiff", ".ts",   ".wmv", ".y4m"};
-    std::error_code unreadable;
-    return std::ranges::find(kinds, path.extension().string()) != std::end(kinds) &&
-           !std::filesystem::is_directory(path, unreadable);
+    return std::ranges::find(kinds, extension) != std::end(kinds);
 }
 
 }  // namespace
 
-OutputTarget output_target(const std::string& text, bool streams) {
+OutputTarget output_target(const std::string& text, Source source) {
     constexpr std::string_view published = "moq:", shared = "ring:";
+    const bool streams = source == Source::stream;
+    const std::string extension = io::extension_of(text);
     OutputTarget target;
     std::error_code unreadable;
+    const bool is_folder = std::filesystem::is_directory(text, unreadable);
     if (streams && text.starts_with(published))
         target.stream = text.substr(published.size());
     else if (streams && text.starts_with(shared))
         target.shared = text.substr(shared.size());
-    else if (io::is_video(text) && !std::filesystem::is_directory(text, unreadable))
+    else if (io::is_video(text) && !is_folder)
         target.video = text;
+    else if (!streams && !is_folder && (extension == ".png" || extension == ".exr"))
+        target.picture = text, target.folder = folder_of(text);
     else
         target.folder = text;
-    if (!target.folder.empty() && is_another_file(target.folder))
+    if (!is_folder && target.folder == text && is_another_file(extension))
         fail(ErrorKind::invalid_argument,
-             "--output {}: {} files are not written; name a folder for pictures, or a video .mp4, .mkv or .webm", text,
-             target.folder.extension().string());
+             "--output {}: {} files are not written; name a folder for pictures{}, or a video .mp4, .mkv or .webm",
+             text, extension, streams ? "" : ", of one frame a .png or .exr file");
     if (target.is_video()) io::require_videos();
     return target;
 }

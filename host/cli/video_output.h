@@ -14,17 +14,19 @@ namespace clarus::cli {
 
 /// What `--output` names, which is one of these or nothing.
 struct OutputTarget {
-    std::filesystem::path folder;  // for pictures
-    std::filesystem::path video;   // io::is_video
-    std::string stream;            // a URL, that was after "moq:"
-    std::string shared;            // a stream's name, that was after "ring:"
+    std::filesystem::path folder;   // for pictures
+    std::filesystem::path picture;  // .png or .exr: of one frame, in `folder`
+    std::filesystem::path video;    // io::is_video
+    std::string stream;             // a URL, that was after "moq:"
+    std::string shared;             // a stream's name, that was after "ring:"
 
     bool is_video() const { return !video.empty() || !stream.empty(); }
 };
 
-/// `streams`: whether a stream of either kind may be asked for. Errors: invalid_argument where this build has no
-/// videos.
-OutputTarget output_target(const std::string& text, bool streams);
+/// Of a sequence of files, which may be one picture, or of a stream, which may go on as one. Errors: invalid_argument
+/// where this build has no videos.
+enum class Source { files, stream };
+OutputTarget output_target(const std::string& text, Source source);
 
 /// Adds `--crf`.
 void add_video_options(CLI::App& command, std::optional<int>& crf);

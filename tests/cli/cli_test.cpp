@@ -821,7 +821,7 @@ TEST_CASE("runs into one folder at a time do not meet, and one that is ended lea
     for (const std::string& name : place.outputs()) CHECK(fs::path(name).extension() == ".png");
 
     size_t pictures = 3;
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGINT, SIGTERM, SIGHUP}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT, SIGUSR1, SIGUSR2, SIGALRM, SIGXCPU}) {
         CAPTURE(signal);
         fs::remove_all(place.output());
         clarus::test::Program program(CLARUS_TOOL, command);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "io/frames.h"
+#include "io/video_reader.h"
 #include "metrics/psnr.h"
 #include "noise_sequence.h"
 #include "program.h"
@@ -86,6 +87,17 @@ TEST_CASE("a video has the pictures in between, in the order of time") {
     for (int i = 0; i < 9; ++i) CHECK(video.seconds[i] == doctest::Approx(i / 120.0).epsilon(0.05));
 }
 
+TEST_CASE("a video of 10 bits says so") {
+    const Workplace place({24, 16}, 2);
+    for (const char* name : {"video.mp4", "video.mkv", "video.webm"}) {
+        const Outcome outcome = place.upscale(name, {"--bits", "10"});
+        REQUIRE_MESSAGE(outcome.code == 0, outcome.errors);
+        CHECK(io::open_video(place / name)->facts().bits == 10);
+    }
+    REQUIRE(place.upscale("usual.mp4").code == 0);
+    CHECK(io::open_video(place / "usual.mp4")->facts().bits == 8);
+}
+
 TEST_CASE("a video of linear HDR is tone-mapped") {
     const Workplace place({24, 16}, 2, ColorSpace::linear);
     const Outcome outcome = place.upscale("video.mp4");
@@ -97,7 +109,8 @@ TEST_CASE("what does not go with a video is refused before anything is written")
     const Workplace place;
     check_refused(place, place.upscale("video.mp4", {"--view", "x"}), "--view is of pictures");
     check_refused(place, place.upscale("video.mp4", {"--format", "exr"}), "--format is of pictures");
-    check_refused(place, place.upscale("video.mp4", {"--bits", "16"}), "--bits is of pictures");
+    check_refused(place, place.upscale("video.mp4", {"--bits", "16"}), "a video holds 8 or 10 bits, not --bits 16");
+    check_refused(place, place.upscale("pictures", {"--bits", "10"}), "--bits 10 is of videos");
     check_refused(place, place.upscale("video.mp4", {"--alpha", "keep"}), "a video has no alpha");
     check_refused(place, place.upscale("video.mp4", {"--crf", "52"}), "--crf 52 is not from 0 to 51");
     check_refused(place, place.upscale("pictures", {"--crf", "20"}), "--crf is of videos");
