@@ -103,17 +103,28 @@ def record(reader, arguments, sequence):
             return
 
 
+def levels(text):
+    value = float(text)
+    if not -16 <= value <= 16:
+        raise ValueError
+    return value
+
+
 def main():
     parser = argparse.ArgumentParser(description="Record the frames that a program shares as a sequence. Ctrl-C ends it.")
     parser.add_argument("name", help="of the program's stream, which may come later")
     parser.add_argument("folder", help="receives sequence.json, color, depth and motion")
-    parser.add_argument("--frames", type=int, help="how many; all until the stream ends unless told")
+    parser.add_argument("--frames", type=int, help="how many; by default all until the stream ends")
     parser.add_argument("--skip", type=int, default=0, help="frames that are let go before the first")
-    parser.add_argument("--wait", type=int, default=60, help="seconds until the stream has to be there, 60 unless told")
+    parser.add_argument("--wait", type=int, default=60, help="seconds until the stream has to be there, 60 by default")
+    parser.add_argument("--mip-bias", type=levels, metavar="LEVELS",
+                        help="that the program draws its textures with, which its frames do not tell; best -log2 of the scale")
     arguments = parser.parse_args()
     try:
         with Reader(arguments.name, 1000 * arguments.wait) as reader:
             sequence = sequence_of(reader.description)
+            if arguments.mip_bias is not None:
+                sequence["mip_bias"] = arguments.mip_bias
             try:
                 record(reader, arguments, sequence)
             except KeyboardInterrupt:  # what was recorded is whole

@@ -104,6 +104,7 @@ class Test(unittest.TestCase):
             with open(os.path.join(folder, "sequence.json")) as file:
                 sequence = json.load(file)
             self.assertNotIn("depth", sequence)
+            self.assertNotIn("mip_bias", sequence)
             self.assertAlmostEqual(sequence["frame_rate"], 25, 4)
             frames = sequence["frames"]
             self.assertEqual([frame["reset"] for frame in frames], [True, False, True])
@@ -119,13 +120,14 @@ class Test(unittest.TestCase):
 
     def test_a_stream_is_recorded_and_its_motion_judged(self):
         with tempfile.TemporaryDirectory() as folder:
-            command = [sys.executable, os.path.join(INTEGRATIONS, "record.py"), "tiny", folder, "--frames", "5"]
+            command = [sys.executable, os.path.join(INTEGRATIONS, "record.py"), "tiny", folder, "--frames", "5", "--mip-bias", "-1"]
             with subprocess.Popen([TINY_RENDERER, "tiny", "8"], stderr=subprocess.DEVNULL) as renderer:
                 subprocess.run([*command, "--skip", "2"], check=True, stdout=subprocess.DEVNULL, timeout=60)
                 renderer.kill()
             with open(os.path.join(folder, "sequence.json")) as file:
                 sequence = json.load(file)
             self.assertEqual(sequence["render_size"], [320, 180])
+            self.assertEqual(sequence["mip_bias"], -1)
             self.assertEqual([frame["reset"] for frame in sequence["frames"]], [True] + [False] * 4)
             depth = judge_motion.read(folder, "depth/0004.exr")
             self.assertEqual((depth < 0.5).sum(), 39 * 180)
