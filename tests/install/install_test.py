@@ -23,6 +23,13 @@ PROJECT = """cmake_minimum_required(VERSION 3.25)
 project(outside LANGUAGES {languages})
 find_package(clarus 0.1 REQUIRED{components})
 {targets}"""
+# The tree as a part of another project, which has no need of its programs and tests.
+WITHIN = """cmake_minimum_required(VERSION 3.25)
+project(around LANGUAGES C CXX)
+{inclusion}
+add_executable(example readme_example_cpp.cpp)
+target_link_libraries(example PRIVATE clarus)
+"""
 
 
 def output_of(*command, **settings):
@@ -85,6 +92,31 @@ class Installed(unittest.TestCase):
         models = os.path.dirname(found(self.prefix, "/models/enss-s-x2.safetensors"))
         self.run_example(build + "with_static", CLARUS_MODEL_PATH=models)
         self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
+
+    def test_static_from_c(self):
+        build = self.build("static_in_c", "C CXX", "add_executable(with_static readme_example_c.c)\n"
+                           "target_link_libraries(with_static PRIVATE clarus::static)\n", " COMPONENTS static")
+        self.run_example(build + "with_static")
+        self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
+
+    def test_within_another_project(self):
+        """That it configures, and what would be built: to compile all of it once more takes as long as the first time."""
+        for name, inclusion in (
+                ("subdirectory", f"add_subdirectory({SOURCE} clarus)"),
+                ("fetched", f"include(FetchContent)\nFetchContent_Declare(clarus SOURCE_DIR {SOURCE})\n"
+                 "FetchContent_MakeAvailable(clarus)")):
+            with self.subTest(name):
+                folder = os.path.join(self.folder, name)
+                os.makedirs(folder)
+                shutil.copy(os.path.join(BUILD, "tests", "readme_example_cpp.cpp"), folder)
+                with open(os.path.join(folder, "CMakeLists.txt"), "w") as file:
+                    file.write(WITHIN.format(inclusion=inclusion))
+                output_of(CMAKE, "-G", "Ninja", "-S", folder, "-B", folder + "/build", env=self.environment)
+                steps = output_of("ninja", "-C", folder + "/build", "-n", "-v", "example")
+                self.assertIn("api/upscaler.cpp", steps)
+                self.assertRegex(steps, r"-o example\b")
+                everything = output_of("ninja", "-C", folder + "/build", "-t", "targets", "all")
+                self.assertNotIn("clarus_tests:", everything)
 
     def test_pkg_config(self):
         environment = {**self.environment, "PKG_CONFIG_PATH": os.path.dirname(found(self.prefix, "/clarus.pc"))}
