@@ -63,8 +63,13 @@ std::vector<int> take_in(Program& program, const Graph& graph, Value value, bool
 }
 
 // Steps of one program, of which compilers take ever more time: PoCL 3.1 for 32 times tanh 1 s, for 100 times 46 s. The
-// longest of any shipped model has fewer than 20.
+// longest of any shipped model has fewer than 20. Each is there for every channel: 8 times tanh of 256 take 26 s.
 constexpr size_t kLongestProgram = 32;
+constexpr size_t kMostStatements = 2048;
+
+bool is_short(size_t steps, int channels) {
+    return steps <= kLongestProgram && steps * static_cast<size_t>(channels) <= kMostStatements;
+}
 
 /// Whether there was anything to join.
 bool join_into_users(Graph& graph) {
@@ -78,8 +83,9 @@ bool join_into_users(Graph& graph) {
         size_t steps = pointwise->steps.size();
         for (const Value input : node.inputs) {
             const Pointwise* source = as_pointwise(graph, input);
+            const int channels = std::max(node.shape.channels, graph.shape(input).channels);
             const bool absorb = source && source->results.size() == 1 && uses.only_one(input) &&
-                                steps + source->steps.size() <= kLongestProgram;
+                                is_short(steps + source->steps.size(), channels);
             if (absorb) steps += source->steps.size();
             joined = joined || absorb;
             operands.push_back(take_in(program, graph, input, absorb).front());
@@ -107,8 +113,8 @@ void join_through_concat(Graph& graph) {
         for (const Value part : parts)
             if (const Pointwise* source = as_pointwise(graph, part)) steps += source->steps.size();
         const auto absorbed = [&](Value part) {
-            return steps <= kLongestProgram && as_pointwise(graph, part) && uses.by_nodes[part] == 1 &&
-                   !is_export(part);
+            return is_short(steps, graph.shape(concat).channels) && as_pointwise(graph, part) &&
+                   uses.by_nodes[part] == 1 && !is_export(part);
         };
         const auto gathered = [&](Value part) {
             const Operator& op = graph.nodes[part].op;

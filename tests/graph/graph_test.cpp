@@ -101,6 +101,15 @@ TEST_SUITE("small") {
         CHECK(programs <= 64);
     }
 
+    TEST_CASE("a chain on many channels becomes several programs sooner") {
+        Graph graph;
+        Value value = graph.previous({512, 4, 6}, "a");
+        for (int i = 0; i < 12; ++i) value = graph.tanh(value, "tanh");
+        graph.output = value;
+        const Graph fused = fuse(graph, {});
+        CHECK(count(fused, is_pointwise) == 3);  // 2048 statements each
+    }
+
     TEST_CASE("a value that several parts of one program use is a part of it, too") {
         Graph graph;
         const Value color = graph.input(Resource::color, {6, 4});

@@ -115,7 +115,11 @@ TEST_CASE("a stack that would take hours a frame is refused, the longest list is
     const Model deep = write(folder, layers);
     CHECK_NOTHROW(Upscaler(test_device(), deep, {8, 8}));
     CHECK_THROWS_WITH_AS(Upscaler(test_device(), deep, {16384, 16384}),
-                         doctest::Contains("operations a frame, more than the 1e+15 that are allowed"), Error);
+                         doctest::Contains("operations a frame, more than the 1e+14 that are allowed"), Error);
+    json broad{convolution("wide"), convolution("large"), {{"type", "tanh"}}, convolution("small")};
+    file.add("small.weight", {3, 4096, 1, 1}, std::vector<float>(3 * 4096));
+    CHECK_THROWS_WITH_AS(Upscaler(test_device(), write(folder, broad), {8, 8}),
+                         doctest::Contains("4096 channels between two convolutions"), Error);
     // The same tensor again and again: a small file, much memory.
     json wide{convolution("wide"), convolution("large")};
     for (int i = 0; i < 4; ++i) wide.push_back(convolution("largest"));
