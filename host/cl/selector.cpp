@@ -5,16 +5,12 @@
 #include <optional>
 #include <utility>
 
+#include "base/lower_case.h"
 #include "base/parse.h"
 #include "cl/error.h"
 
 namespace clarus::ocl {
 namespace {
-
-std::string lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    return text;
-}
 
 std::string platform_name(const cl::Device& device) {
     return cl::Platform(device.getInfo<CL_DEVICE_PLATFORM>()).getInfo<CL_PLATFORM_NAME>();

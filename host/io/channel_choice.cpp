@@ -2,20 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <map>
 #include <span>
 #include <utility>
 
 #include "base/error.h"
+#include "base/lower_case.h"
 
 namespace clarus::io {
 namespace {
-
-std::string in_lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-    return text;
-}
 
 /// Kinds of channels that together are what is asked for.
 struct Kinds {
@@ -150,8 +145,8 @@ Channel channel_of(int part, int place, const std::string& part_name, const std:
             place,
             part_name,
             name,
-            in_lower_case(has_layer ? name.substr(0, dot) : part_name),
-            in_lower_case(has_layer ? name.substr(dot + 1) : name)};
+            lower_case(has_layer ? name.substr(0, dot) : part_name),
+            lower_case(has_layer ? name.substr(dot + 1) : name)};
 }
 
 std::string listing(const std::vector<Channel>& channels) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -11,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/lower_case.h"
 #include "io/file.h"
 #include "io/temporary_folder.h"
 #include "render/worlds/seed.h"
@@ -21,11 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using Imath::V2f;
 using Imath::V3f;
-
-std::string lower(std::string text) {
-    std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
 
 /// Shares of a texture's texels, on a grid.
 struct Holes {
@@ -68,7 +63,7 @@ Importer::Importer(Scene& scene, std::vector<fs::path> texture_folders)
 
 std::vector<Piece> read_model(const fs::path& file) {
     if (!fs::is_regular_file(file)) fail(ErrorKind::file, "there is no model file {}", file.string());
-    const std::string kind = lower(file.extension().string());
+    const std::string kind = lower_case(file.extension().string());
     return kind == ".ac" || kind == ".acc" ? read_ac3d(file) : read_with_assimp(file);
 }
 
@@ -153,7 +148,7 @@ fs::path Importer::find(const std::string& name, const fs::path& folder) {
     std::ranges::replace(slashed, '\\', '/');
     std::error_code ignored;
     if (fs::is_regular_file(folder / slashed, ignored)) return folder / slashed;
-    const std::string wanted = lower(fs::path(slashed).filename().string());
+    const std::string wanted = lower_case(fs::path(slashed).filename().string());
     const auto found_in = [&](const fs::path& place) {
         const auto& files = files_below(place);
         const auto found = files.find(wanted);
@@ -177,7 +172,7 @@ const std::map<std::string, fs::path>& Importer::files_below(const fs::path& fol
         if (entry.depth() >= deepest) entry.disable_recursion_pending();
         if (!entry->is_regular_file(error)) continue;
         // Of several with one name the first in the alphabet, since folders have no order.
-        fs::path& file = files[lower(entry->path().filename().string())];
+        fs::path& file = files[lower_case(entry->path().filename().string())];
         if (file.empty() || entry->path() < file) file = entry->path();
     }
     return files;

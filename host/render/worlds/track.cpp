@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/lower_case.h"
 #include "render/worlds/probe.h"
 #include "render/worlds/torcs_file.h"
 
@@ -89,8 +90,7 @@ std::vector<V2d> evenly(const std::vector<V2d>& line) {
 
 /// The main track's surfaces are named tkmn and a number.
 bool is_road(const Piece& piece) {
-    std::string name = piece.name.substr(0, 5);
-    std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string name = lower_case(piece.name.substr(0, 5));
     return name.starts_with("tkmn") && name.size() == 5 && std::isdigit(static_cast<unsigned char>(name[4]));
 }
 
