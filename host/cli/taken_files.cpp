@@ -49,7 +49,8 @@ void TakenFiles::add_folder(const std::filesystem::path& folder) { folders_.inse
 void TakenFiles::take(const std::string& option, const std::filesystem::path& file) {
     std::error_code unreadable;
     const std::filesystem::file_status status = std::filesystem::status(file, unreadable);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+        !std::filesystem::is_directory(status))  // which is told where folders are
         fail(ErrorKind::file, "{} {}: that is no regular file", option, file.string());
     if (const auto [other, is_new] = files_.emplace(resolved(file), option); !is_new)
         fail(ErrorKind::invalid_argument, "{} {} would replace {}; name another file", option, file.string(),

@@ -178,4 +178,8 @@ TEST_CASE("only files and folders of the user's own are private") {
     constexpr uid_t somebody = 12345;
     REQUIRE(chown(file.c_str(), somebody, somebody) == 0);
     CHECK_FALSE(read_private_file(file, 4));
+    fs::permissions(made, fs::perms::others_write, fs::perm_options::remove);
+    CHECK(make_private_folder(made));
+    REQUIRE(chown((folder / "a").c_str(), somebody, somebody) == 0);
+    CHECK_FALSE(make_private_folder(made));  // whoever owns the one above may put another in its place
 }

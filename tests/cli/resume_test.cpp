@@ -408,7 +408,7 @@ TEST_CASE("frames that are gone are told, and a run that starts over has no stat
     fs::remove(place / "part/0001.png");
     const Outcome outcome = place.upscale("part", kNetwork, {"--resume", "--frames", ":4"});
     CHECK(outcome.code == 0);
-    CHECK_MESSAGE(contains(outcome.errors, "1 of the frames"), outcome.errors);
+    CHECK_MESSAGE(contains(outcome.errors, "1 of the pictures"), outcome.errors);
     CHECK_MESSAGE(contains(outcome.errors, "0001"), outcome.errors);
     CHECK(contains(place.upscale("part", kNetwork, {"--frames", ":5"}).out, "starting over"));
     CHECK(contains(place.upscale("part", kNetwork, {"--resume"}).out, "going on at frame 5 of 6"));

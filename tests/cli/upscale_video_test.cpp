@@ -127,7 +127,7 @@ TEST_CASE("what a video cannot do is refused, and nothing is written") {
     check_refused(upscale(clip, out, {"--frame-rate", "x2"}), {clip, "images alone lack depth, motion and jitter"});
     check_refused(upscale(clip, out, {"--resume"}), {clip, "--resume", "--frames"});
     check_refused(upscale(clip, out, {"--save-every", "5"}), {clip, "--save-every"});
-    check_refused(upscale(folder / "none.mp4", out), {folder / "none.mp4", "no such file"});
+    check_refused(upscale(folder / "none.mp4", out), {folder / "none.mp4", "No such file"});
     const std::string bytes = io::read_file(clip);
     check_refused(upscale(clip, clip), {"--output", "would replace the sequence"});
     CHECK(io::read_file(clip) == bytes);

@@ -36,7 +36,7 @@ Outcome = collections.namedtuple("Outcome", "code errors files unfinished counts
 def fault(name, number):
     """How the call of that name fails, and what the error is to say."""
     if name.startswith("cl"):
-        return Fault(name, number, OUT_OF_RESOURCES, r"CL_OUT_OF_RESOURCES")
+        return Fault(name, number, OUT_OF_RESOURCES, r"could not .+\(CL_OUT_OF_RESOURCES\)")
     if name.startswith("allocation:"):
         return Fault(name, number, errno.ENOMEM, r"\bmemory\b")
     if name == "thread":

@@ -180,7 +180,7 @@ TEST_CASE("videos of other colours, turned ones and those without pictures are r
     check_refused(folder / "garbage.mp4", "cannot read the video");
     std::ofstream(folder / "empty.mkv") << "";
     check_refused(folder / "empty.mkv", "cannot read the video");
-    check_refused(folder / "none.mkv", "no such file");
+    check_refused(folder / "none.mkv", "No such file");
 }
 
 TEST_CASE("a video reads no other file") {
