@@ -1,7 +1,6 @@
 #include "check/first_frames.h"
 
 #include <fmt/format.h>
-#include <sched.h>
 
 #include "check/check.h"
 
@@ -15,11 +14,6 @@ std::string surely_wrong(const Film& film) {
             text += fmt::format("{}{} is {}, and {} fits better", text.empty() ? "" : "; ", one.field, one.declared,
                                 one.best);
     return text;
-}
-
-void take_idle_time() {
-    const sched_param none{};
-    sched_setscheduler(0, SCHED_IDLE, &none);  // where it fails, the thread takes its share as others do
 }
 
 }  // namespace clarus::check

@@ -15,7 +15,4 @@ inline constexpr size_t fewest_first_frames = 4, most_first_frames = 8;
 /// to_previous, and from_previous fits better"; empty where that is nothing.
 std::string surely_wrong(const Film& film);
 
-/// From here on, the calling thread and those that it makes take what time others leave.
-void take_idle_time();
-
 }  // namespace clarus::check

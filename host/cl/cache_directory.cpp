@@ -1,9 +1,7 @@
-#include <pwd.h>
-#include <unistd.h>
-
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/platform.h"
 #include "clarus/device.h"
 
 namespace clarus {
@@ -15,9 +13,7 @@ std::string cache_directory() {
     };
     if (const auto folder = variable("CLARUS_CACHE_DIR"); !folder.empty()) return folder.string();
     if (const auto folder = variable("XDG_CACHE_HOME"); folder.is_absolute()) return (folder / "clarus").string();
-    std::filesystem::path home = variable("HOME");
-    if (home.empty())
-        if (const passwd* user = getpwuid(getuid()); user && user->pw_dir) home = user->pw_dir;
+    const std::filesystem::path home = home_folder();
     return home.is_absolute() ? (home / ".cache" / "clarus").string() : std::string();
 }
 

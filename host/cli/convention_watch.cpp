@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/platform.h"
 #include "check/first_frames.h"
 
 namespace clarus::cli {
@@ -17,7 +18,7 @@ std::string surely_wrong(io::Sequence sequence) {
     const auto lacks_motion = [](const io::FrameFiles& frame) { return frame.motion.empty(); };
     if (frames.size() < check::fewest_first_frames || std::ranges::any_of(frames, lacks_motion)) return {};
     const check::Film film = check::Film::read(std::move(sequence));
-    check::take_idle_time();  // now: image libraries keep the threads that they make
+    take_idle_time();  // now: image libraries keep the threads that they make
     return check::surely_wrong(film);
 }
 

@@ -1,25 +1,20 @@
 #include "runtime/tuner.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
-#include <thread>
 #include <utility>
 
 #include "base/json_text.h"
 #include "base/log.h"
 #include "base/output_file.h"
+#include "base/platform.h"
 #include "base/private_files.h"
 #include "cl/error.h"
 #include "cl/event.h"
@@ -106,35 +101,6 @@ double shortest_run(ocl::Context& context, const Problem& problem, const Selecti
         return shortest;
     });
 }
-
-/// Keeps other processes and threads out as long as it lives. They have it for as long as it takes to write a file, so
-/// that it waits for seconds at most.
-class FileLock {
-  public:
-    explicit FileLock(const std::string& path)
-        : file_(open(path.c_str(), O_CREAT | O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600)) {
-        constexpr std::chrono::milliseconds pause(10);
-        for (int attempt = 0; file_ >= 0 && attempt < 300; ++attempt) {
-            if (flock(file_, LOCK_EX | LOCK_NB) == 0) {
-                is_held_ = true;
-                break;
-            }
-            if (errno != EWOULDBLOCK && errno != EINTR) break;
-            std::this_thread::sleep_for(pause);
-        }
-    }
-    ~FileLock() {
-        if (file_ >= 0) close(file_);
-    }
-    FileLock(const FileLock&) = delete;
-    FileLock& operator=(const FileLock&) = delete;
-
-    bool is_held() const { return is_held_; }
-
-  private:
-    int file_;
-    bool is_held_ = false;
-};
 
 std::string file_for(const DeviceProfile& profile) {
     const std::string identity = fmt::format("{}|{}|{}|{}|{}", profile.platform, profile.name, profile.driver_version,

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+// What the libraries need of the system that the standard library has not, and is written for POSIX here. Beside it, in
+// files of their own: base/module (shared objects), base/output_file, base/place, base/private_files and
+// base/python_process.
+
+namespace clarus {
+
+/// The user's: HOME, or else what the system knows; empty where there is none.
+std::filesystem::path home_folder();
+
+/// From here on, the calling thread and those that it makes take what time others leave.
+void take_idle_time();
+
+/// Keeps other processes and threads out as long as it lives. They have it for as long as it takes to write a file, so
+/// that it waits for seconds at most.
+class FileLock {
+  public:
+    explicit FileLock(const std::string& path);
+    ~FileLock();
+    FileLock(const FileLock&) = delete;
+    FileLock& operator=(const FileLock&) = delete;
+
+    bool is_held() const { return is_held_; }
+
+  private:
+    int file_;
+    bool is_held_ = false;
+};
+
+}  // namespace clarus
