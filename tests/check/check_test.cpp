@@ -206,6 +206,27 @@ TEST_CASE("every mistake and every pair of mistakes is named: a procedural world
                  {"jitter frame before + motion frame before", "jitter x + jitter y"}});
 }
 
+TEST_CASE("of a depth buffer encoding, direction and planes are told") {
+    const Film right = rendered({"--scene", "demo", "--depth", "projective", "--reversed"});
+    REQUIRE(right.sequence.depth.projective);
+    const auto named = [&](const std::function<void(io::Sequence&)>& change) {
+        Film film = right;
+        change(film.sequence);
+        return wrong_fields(check::judge(check::measure(film, pixels), film.sequence));
+    };
+    using Fields = std::set<std::string>;
+    CHECK(named([](io::Sequence&) {}).empty());
+    CHECK(named([](io::Sequence& s) { s.depth.reversed = false; }) == Fields{"depth.reversed"});
+    CHECK(named([](io::Sequence& s) { s.depth.projective = false; }) == Fields{"depth.encoding"});
+    const Fields planes{"depth.near, depth.far"};
+    CHECK(named([](io::Sequence& s) {
+              for (io::FrameFiles& frame : s.frames) frame.near_plane *= 4;
+          }) == planes);
+    CHECK(named([](io::Sequence& s) {
+              for (io::FrameFiles& frame : s.frames) frame.far_plane = 10;
+          }) == planes);
+}
+
 TEST_CASE("sequences that say little are not accused") {
     static const Film right = rendered({"--scene", "demo", "--path", "2"});
 
