@@ -248,6 +248,7 @@ class WhatElseFramesBring(unittest.TestCase):
                              exposure_image_format=("float32", 1)) as made:
             bright = color * 9
             by_image = made.upscale(bright, exposure_image=np.full((1, 1), 0.25, np.float32))
+        with clarus.Upscaler("bicubic", RENDER, device=DEVICE, color_space="linear") as made:
             np.testing.assert_array_equal(by_image, made.upscale(bright, exposure=0.25))
         with upscaler(opaque_color_format=("float32", 3)) as made:
             color, depth, motion = made_up(0)
