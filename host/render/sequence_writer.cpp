@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/json_text.h"
 #include "base/log.h"
 #include "io/encode.h"
@@ -46,6 +47,21 @@ bool is_whole(const fs::path& image) {
         log(LogLevel::warning, "{}. It is rendered again", error.what());
         return false;
     }
+}
+
+/// Of a frame's images, all of which are there.
+std::string hash_of_images(const io::FrameFiles& frame) {
+    std::string hashes;
+    for (const fs::path& image : images(frame)) hashes += hexadecimal(hash_of(io::read_file(image)));
+    return hexadecimal(hash_of(hashes));
+}
+
+/// Since its images were hashed.
+bool is_as_it_was(const io::FrameFiles& frame, const std::string& hash) {
+    if (!std::ranges::all_of(images(frame), is_whole)) return false;
+    if (hash_of_images(frame) == hash) return true;
+    log(LogLevel::warning, "an image of frame {} is not as it was rendered. It is rendered again", frame.name);
+    return false;
 }
 
 /// Frames of an earlier sequence, which may have had more of them: images named as this one is. Some layouts find their
@@ -99,7 +115,7 @@ void SequenceWriter::begin(bool replace) {
                      unfinished_.string(), key, json_text(record["recipe"][key]));
             }
         }
-        frames_done_ = static_cast<size_t>(root["frames_done"].integer(0, 1 << 30));
+        for (const io::JsonNode& hash : root["frames_done"].items()) done_.push_back(hash.text());
     }
     replaces_ = fs::exists(description, error) || fs::exists(unfinished_, error);
     make_folder(description.parent_path());
@@ -128,7 +144,7 @@ nlohmann::json SequenceWriter::read_record() const {
         nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
         const io::JsonNode root(record, unfinished_);
         root["recipe"].members();
-        root["frames_done"].integer(0, 1 << 30);
+        for (const io::JsonNode& hash : root["frames_done"].items()) hash.text();
         return record;
     } catch (const Error& error) {
         fail(ErrorKind::file,
@@ -138,7 +154,7 @@ nlohmann::json SequenceWriter::read_record() const {
 }
 
 void SequenceWriter::note_progress() const {
-    const nlohmann::ordered_json record = {{"frames_done", frames_done_}, {"recipe", recipe_}};
+    const nlohmann::ordered_json record = {{"frames_done", done_}, {"recipe", recipe_}};
     const std::string text = json_text(record, 1) + "\n";
     io::write_file_atomically(unfinished_, std::as_bytes(std::span(text)));
 }
@@ -159,10 +175,11 @@ void SequenceWriter::add(const io::FrameFiles& description, const std::function<
     frame.near_plane = description.near_plane;
     frame.far_plane = description.far_plane;
     frame.camera = description.camera;
-    if (index >= frames_done_ || !std::ranges::all_of(images(frame), is_whole)) {
+    if (index >= done_.size() || !is_as_it_was(frame, done_[index])) {
         if (!replaces_) std::ranges::for_each(images(frame), [this](const fs::path& image) { refuse_foreign(image); });
         write(frame, render());
-        frames_done_ = std::max(frames_done_, index + 1);
+        done_.resize(std::max(done_.size(), index + 1));
+        done_[index] = hash_of_images(frame);
         note_progress();
     }
     sequence_.frames.push_back(std::move(frame));

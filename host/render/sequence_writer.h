@@ -4,6 +4,8 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "io/output_layout.h"
 #include "io/sequence.h"
@@ -12,8 +14,8 @@
 namespace clarus::render {
 
 /// Writes rendered frames as a sequence. Its description comes last, so that a sequence that has one is whole. Until
-/// then `<description>.unfinished.json` beside it says what is being rendered and how many frames are done: a writer
-/// that is given the same again goes on from there.
+/// then `<description>.unfinished.json` beside it says what is being rendered and which frames are done, by a hash of
+/// their images: a writer that is given the same again goes on from there.
 class SequenceWriter {
   public:
     /// `sequence`: sizes, scale and conventions. `recipe`: an object that says all that the images depend on. Makes the
@@ -43,8 +45,8 @@ class SequenceWriter {
     bool has_reference_, has_output_buffers_;
     nlohmann::ordered_json recipe_;
     std::filesystem::path unfinished_;
-    size_t frames_done_ = 0;
-    bool replaces_ = false;  // or goes on with: a sequence was there
+    std::vector<std::string> done_;  // a hash of the images of each frame that is done
+    bool replaces_ = false;          // or goes on with: a sequence was there
 };
 
 }  // namespace clarus::render

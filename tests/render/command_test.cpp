@@ -146,6 +146,20 @@ TEST_CASE("a render goes on over images that are damaged by making them anew, an
     }
 }
 
+TEST_CASE("a render goes on over an image that was replaced by making it anew") {
+    const Studio studio;
+    studio.render("whole");
+    const auto place = studio.folder / "sequence", obstacle = place / "depth" / "0001.exr";
+    std::filesystem::create_directories(obstacle / "in the way");
+    CHECK_THROWS_AS(studio.render("sequence"), Error);
+    std::filesystem::remove_all(obstacle);
+    const auto other = studio.folder / "whole/depth/0001.exr", own = studio.folder / "whole/depth/0000.exr";
+    REQUIRE(io::read_file(other) != io::read_file(own));
+    std::filesystem::copy_file(other, place / "depth/0000.exr", std::filesystem::copy_options::overwrite_existing);
+    studio.render("sequence");
+    CHECK(io::read_file(place / "depth/0000.exr") == io::read_file(own));
+}
+
 TEST_CASE("a render that fails keeps what it has, and continues with the same options only") {
     const Studio studio;
     studio.render("whole");
