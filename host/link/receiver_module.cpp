@@ -293,8 +293,7 @@ class Receiver : public Link {
 
     void hear_sender(Connection& connection, const Message& message, uint32_t type) {
         if (type == SHARE_LEAVE) {
-            share_leave leave{};
-            std::memcpy(&leave, message.header.data(), std::min(sizeof leave, message.header.size()));
+            const auto leave = begin_of<share_leave>(message);
             sender_ = nullptr;
             connection.is_left = true;
             change([](LinkState& state) { state.connected = false; });

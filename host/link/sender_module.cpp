@@ -228,8 +228,7 @@ class Sender : public Link {
     }
 
     void hear_leave(const Message& message) {
-        share_leave leave{};
-        std::memcpy(&leave, message.header.data(), std::min(sizeof leave, message.header.size()));
+        const auto leave = begin_of<share_leave>(message);
         char words[SHARE_TEXT_BYTES];
         share_words(&leave, message.header.size(), words);
         if (leave.reason == SHARE_ENDS) {

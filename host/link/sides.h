@@ -42,19 +42,26 @@ class Bell {
     int descriptor_;
 };
 
+/// What a message begins with, zeros where it is shorter.
+template <typename Header>
+Header begin_of(const Message& message) {
+    Header header{};
+    if (!message.header.empty())
+        std::memcpy(&header, message.header.data(), std::min(sizeof header, message.header.size()));
+    return header;
+}
+
 /// A message of this type; none, with the reason in clarus_share_last_error(), where it is another.
 template <typename Header>
 std::optional<Header> read(const Message& message, uint32_t type, clarus_share_status* status = nullptr) {
-    Header header{};
-    std::memcpy(&header, message.header.data(), std::min(sizeof header, message.header.size()));
+    Header header = begin_of<Header>(message);
     const clarus_share_status found = share_check_head(&header.head, message.header.size(), type, sizeof header);
     if (status) *status = found;
     return found == CLARUS_SHARE_OK ? std::optional(header) : std::nullopt;
 }
 
 inline uint32_t type_of(const Message& message) {
-    share_head head{};
-    std::memcpy(&head, message.header.data(), std::min(sizeof head, message.header.size()));
+    const auto head = begin_of<share_head>(message);
     return head.magic == SHARE_MAGIC ? head.type : 0;
 }
 

@@ -47,10 +47,15 @@ class ChildProcess {
         code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
         return WIFSIGNALED(status);
     }
-    /// Its exit code, or -1 where it does not end in a minute.
+    /// Its exit code, or -1 where it does not end in a minute, of sanitizers' ten.
     int result() {
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+        constexpr int minutes = 10;
+#else
+        constexpr int minutes = 1;
+#endif
         if (id_ < 0) return code_;
-        for (int i = 0; i < 6000; ++i) {
+        for (int i = 0; i < minutes * 6000; ++i) {
             int status = 0;
             if (waitpid(id_, &status, WNOHANG) == id_) {
                 id_ = -1;
