@@ -40,6 +40,15 @@ class Studio {
         arguments.insert(arguments.end(), more.begin(), more.end());
         run_render(arguments);
     }
+    /// "whole", and of the same as "sequence" the first frame alone, which this returns.
+    std::filesystem::path render_in_part() const {
+        render("whole");
+        const auto place = folder / "sequence", obstacle = place / "depth" / "0001.exr";
+        std::filesystem::create_directories(obstacle / "in the way");
+        CHECK_THROWS_AS(render("sequence"), Error);
+        std::filesystem::remove_all(obstacle);
+        return place;
+    }
     io::Sequence read(const std::string& place) const { return io::read_sequence(folder / place); }
 
     TemporaryFolder folder;
@@ -124,11 +133,7 @@ TEST_CASE("clarus render has the demo built in") {
 
 TEST_CASE("a render goes on over images that are damaged by making them anew, and names a record that is") {
     const Studio studio;
-    studio.render("whole");
-    const auto place = studio.folder / "sequence", obstacle = place / "depth" / "0001.exr";
-    std::filesystem::create_directories(obstacle / "in the way");
-    CHECK_THROWS_AS(studio.render("sequence"), Error);
-    std::filesystem::remove_all(obstacle);
+    const auto place = studio.render_in_part();
 
     const auto record = place / "sequence.unfinished.json";
     const std::string good = io::read_file(record);
@@ -148,11 +153,7 @@ TEST_CASE("a render goes on over images that are damaged by making them anew, an
 
 TEST_CASE("a render goes on over an image that was replaced by making it anew") {
     const Studio studio;
-    studio.render("whole");
-    const auto place = studio.folder / "sequence", obstacle = place / "depth" / "0001.exr";
-    std::filesystem::create_directories(obstacle / "in the way");
-    CHECK_THROWS_AS(studio.render("sequence"), Error);
-    std::filesystem::remove_all(obstacle);
+    const auto place = studio.render_in_part();
     const auto other = studio.folder / "whole/depth/0001.exr", own = studio.folder / "whole/depth/0000.exr";
     REQUIRE(io::read_file(other) != io::read_file(own));
     std::filesystem::copy_file(other, place / "depth/0000.exr", std::filesystem::copy_options::overwrite_existing);
