@@ -21,6 +21,23 @@ Value mask_of_difference(Graph& graph, Value color, Value opaque) {
     return graph.clamp(graph.linear({largest}, {1 / kOpaqueDifference}, 0, "transparency"), 0, 1, "transparency");
 }
 
+/// What the masks that the options name say together, at render size.
+Value add_mask(Graph& graph, Value color, Size render, const StreamOptions& options) {
+    std::vector<Value> masks;
+    if (options.reactive_format) masks.push_back(graph.input(Resource::reactive_mask, render));
+    if (options.transparency_format) masks.push_back(graph.input(Resource::transparency_mask, render));
+    if (options.opaque_format)
+        masks.push_back(mask_of_difference(graph, color, graph.input(Resource::opaque_color, render)));
+    return masks.size() == 1 ? masks[0] : graph.channel_maximum(graph.concat(masks), 1, "masks");
+}
+
+/// The trust where the mask is 0, none where it is 1.
+Value lowered(Graph& graph, Value trust, Value mask) {
+    const graph::Shape& shape = graph.shape(trust);
+    const Value padded = graph.replicate_to(mask, {shape.width, shape.height});
+    return graph.product(trust, graph.linear({padded}, {-1}, 1, "trust"), "trust");
+}
+
 }  // namespace
 
 Graph with_masks(const Graph& graph, double scale, const StreamOptions& options) {
@@ -31,17 +48,17 @@ Graph with_masks(const Graph& graph, double scale, const StreamOptions& options)
     const graph::Shape& made = graph.shape(graph.output);
     const Size render{seen.width, seen.height}, output{made.width, made.height};
     Value mask = -1;
-    Graph masked = graph::with_changed(graph, graph.output, [&](Graph& changed, Value result) {
-        std::vector<Value> masks;
-        const auto add = [&](Value given) {
-            masks.push_back(changed.resample(given, graph::Filter::bilinear, scale, output));
-        };
-        if (options.reactive_format) add(changed.input(Resource::reactive_mask, render));
-        if (options.transparency_format) add(changed.input(Resource::transparency_mask, render));
-        if (options.opaque_format)
-            add(mask_of_difference(changed, color, changed.input(Resource::opaque_color, render)));
-        mask = masks.size() == 1 ? masks[0] : changed.channel_maximum(changed.concat(masks), 1, "masks");
+    Graph masked = graph;
+    if (graph.history_trust >= 0)
+        masked = graph::with_changed(masked, masked.history_trust, [&](Graph& changed, Value trust) {
+            mask = add_mask(changed, color, render, options);
+            return lowered(changed, trust, mask);
+        });
+    // What comes before the output keeps its number.
+    masked = graph::with_changed(masked, masked.output, [&](Graph& changed, Value result) {
+        if (mask < 0) mask = add_mask(changed, color, render, options);
         const Value alone = changed.resample(color, graph::Filter::bicubic, scale, output);
+        mask = changed.resample(mask, graph::Filter::bilinear, scale, output);
         return changed.mix(alone, result, mask, "masked");
     });
     masked.views["mask"] = mask;

@@ -31,6 +31,7 @@ std::vector<Value> Graph::results() const {
 
 void Graph::rename_results(const std::function<Value(Value)>& renamed) {
     if (output >= 0) output = renamed(output);
+    if (history_trust >= 0) history_trust = renamed(history_trust);
     for (Value& value : exports) value = renamed(value);
     for (auto& [name, value] : views) value = renamed(value);
     for (State& state : states) state = {renamed(state.previous), renamed(state.next)};

@@ -85,7 +85,10 @@ class Graph {
     std::map<std::string, Value> views;      // what can be looked at, by name
     std::set<std::string> views_by_channel;  // those of which each channel is a picture
     Value output = -1;                       // display-encoded colour, 3 channels; −1 where another part makes it
-    std::vector<Value> exports;              // what other parts of the network read, in memory that is handed in
+    /// How far the history is believed: where this is 0, nothing of it is taken. Of render size, or larger by padding.
+    /// −1 where no value says so; only of graphs as pipelines build them.
+    Value history_trust = -1;
+    std::vector<Value> exports;  // what other parts of the network read, in memory that is handed in
 
     const Shape& shape(Value value) const { return nodes[value].shape; }
 

@@ -23,6 +23,7 @@ graph::Graph build_fsr2(const FilterSettings& settings) {
     const Value past = graph.warp_sharply(history, hr_motion, color, settings.scale);
     const Value trust = graph.trust(graph.residual(color, past), checked, settings.scale);
     const Value collected = graph.collect(color, past, trust, hr_motion, settings.scale);
+    graph.history_trust = trust;
     graph.carry(history, collected);
     graph.output = graph.slice(collected, 0, 3);
     const auto sharpness = static_cast<float>(settings.options.at("sharpness"));

@@ -141,6 +141,7 @@ graph::Graph build_nss(const io::Safetensors& model, double scale, Size render, 
 
     const Value resolved = graph.nss_resolve(radiance, guide, kernels, temporal, history);
     graph.output = graph.display(resolved, white);
+    graph.history_trust = temporal;
     graph.carry(history, resolved);
     graph.carry(fed_back, temporal);
     graph.carry(derivative, graph.slice(flicker, 0, graph::kNssDerivative));

@@ -90,6 +90,32 @@ TEST_CASE("what a mask leaves alone is not the next frame's history" * doctest::
     CHECK(largest_difference(masked[1], plains.model[1]) > 1e-4f);
 }
 
+// Of fsr2 and NSS, which keep what they gathered, and not what is shown.
+TEST_CASE("a mask keeps what was before it out of the history behind it" * doctest::test_suite("golden")) {
+    const auto difference_after = [](const Golden& golden, float mask) {
+        const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
+        std::vector<float> other(3 * pixels), masked(pixels, mask);
+        for (size_t i = 0; i < other.size(); ++i) other[i] = static_cast<float>(i % 7) / 7;
+        UpscalerOptions options;
+        options.reactive_format = kFloats;
+        const auto behind = [&](bool begins_otherwise) {
+            return shown(golden, options, [&, begins_otherwise](int t, FrameDescription& frame) {
+                frame.reset = t == 0;
+                if (t == 0 && begins_otherwise) frame.color.host = other.data();
+                if (t == 1) frame.reactive_mask = image_of(masked, golden.render);
+            })[2];
+        };
+        return largest_difference(behind(false), behind(true));
+    };
+    Golden golden("enss_x2_table");
+    golden.model = Model::filter("fsr2", 2);
+    CHECK(difference_after(golden, 0) > 0.01f);
+    CHECK(difference_after(golden, 1) < 1e-5f);
+    // Its network saw the history, and chose by it what to take of the frame.
+    const Golden nss("nss_x2");
+    CHECK(difference_after(nss, 1) < 0.05f * difference_after(nss, 0));
+}
+
 TEST_CASE("of two masks the larger counts, part by part, of any type" * doctest::test_suite("golden")) {
     const Plain plains("enss_x2_table");
     const auto& [golden, plain, bicubic] = plains;
