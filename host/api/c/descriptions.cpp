@@ -1,6 +1,7 @@
 #include "api/c/descriptions.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 
 #include "api/c/guard.h"
@@ -9,7 +10,8 @@
 namespace clarus::c {
 namespace {
 
-ImageFormat format(clarus_format from) { return {static_cast<ElementType>(from.type), from.channels}; }
+// A program may give any number. Read as an enumeration of C's, one that none of its values has would be undefined.
+ImageFormat format(const clarus_format& from) { return {std::bit_cast<ElementType>(from.type), from.channels}; }
 clarus_format format(ImageFormat from) { return {static_cast<clarus_element_type>(from.type), from.channels}; }
 
 Image image(const clarus_image& from) {
@@ -27,8 +29,8 @@ Image image(const clarus_image& from) {
 UpscalerOptions options_from(const clarus_options* given_options) {
     const clarus_options from = known(given_options, clarus_default_options(), "options");
     UpscalerOptions options;
-    options.precision = static_cast<Precision>(from.precision);
-    options.tuning = static_cast<Tuning>(from.tuning);
+    options.precision = std::bit_cast<Precision>(from.precision);
+    options.tuning = std::bit_cast<Tuning>(from.tuning);
     options.color_space = from.linear_color ? ColorSpace::linear : ColorSpace::srgb;
     options.depth = {from.depth_projective != 0, from.depth_reversed != 0};
     options.motion = {
