@@ -1,11 +1,31 @@
 #include <algorithm>
+#include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.h"
+#include "base/nearest.h"
 #include "pipelines/pipeline.h"
 
 namespace clarus::pipelines {
+namespace {
+
+/// docs/formats.md, "A model". Files may have others, for people.
+constexpr std::string_view kKnownMetadata[] = {"pipeline", "scale", "features", "previous_frames", "network_color",
+                                               "history",  "range", "white",    "layers",          "quantization"};
+
+}  // namespace
+
+void refuse_misspelt_metadata(const io::Safetensors& model) {
+    for (const auto& [key, value] : model.metadata()) {
+        if (std::ranges::find(kKnownMetadata, key) != std::end(kKnownMetadata)) continue;
+        const std::string_view meant = nearest(key, kKnownMetadata);
+        if (!meant.empty() && !model.metadata().contains(std::string(meant)))
+            fail(ErrorKind::file, "{}: the metadata have an unknown key `{}`; is it `{}`?", model.path().string(), key,
+                 meant);
+    }
+}
 
 const Pipeline& pipeline_of(const io::Safetensors& model) {
     const std::span<const Pipeline> all = pipelines();

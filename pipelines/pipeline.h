@@ -29,6 +29,8 @@ struct Pipeline {
 
 std::span<const Pipeline> pipelines();
 
+/// Errors: file, of metadata whose key is nearly that of one that the file lacks.
+void refuse_misspelt_metadata(const io::Safetensors& model);
 /// The pipeline that a model file is for: its metadata say so, or a tensor that only one pipeline's files have.
 /// Errors: file.
 const Pipeline& pipeline_of(const io::Safetensors& model);

@@ -87,6 +87,7 @@ Model Model::load(const std::string& path, double scale) {
     auto state = std::make_shared<State>();
     state->tensors = io::is_onnx(path) ? pipelines::stack_of(io::read_onnx(path)) : io::Safetensors::read(path);
     state->name = fs::path(path).stem().string();
+    pipelines::refuse_misspelt_metadata(*state->tensors);
     const pipelines::Pipeline& pipeline = pipelines::pipeline_of(*state->tensors);
     state->pipeline = pipeline.name;
     state->scales = pipelines::scales_of(*state->tensors, pipeline);

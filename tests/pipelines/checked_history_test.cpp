@@ -221,6 +221,13 @@ TEST_CASE("metadata that no history is known for is refused by name" * doctest::
             CHECK_THROWS_WITH_AS(load(model), doctest::Contains(key), Error);
             CHECK_THROWS_WITH_AS(load(model), doctest::Contains(known), Error);
         }
+    ModelFile misspelt = golden_model("mnss_x2_1x1");
+    misspelt.header["__metadata__"]["comment"] = "for people";
+    CHECK_NOTHROW(load(misspelt));
+    misspelt.header["__metadata__"]["Histroy"] = "checked";
+    CHECK_THROWS_WITH_AS(load(misspelt), doctest::Contains("unknown key `Histroy`; is it `history`?"), Error);
+    misspelt.header["__metadata__"]["history"] = "plain";
+    CHECK_NOTHROW(load(misspelt));
     ModelFile narrow = golden_model("enss_x2_table");
     narrow.header["__metadata__"]["history"] = "checked";
     CHECK_THROWS_WITH_AS(load(narrow), doctest::Contains("first.weight"), Error);
