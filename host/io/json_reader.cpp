@@ -79,22 +79,18 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
     return result;
 }
 
-void JsonNode::allow_members(std::span<const std::string_view> names) const {
+void JsonNode::allow_members(std::span<const std::string_view> names) const { check_members(names, true); }
+
+void JsonNode::refuse_misspelt(std::span<const std::string_view> names) const { check_members(names, false); }
+
+void JsonNode::check_members(std::span<const std::string_view> names, bool are_all) const {
     for (const auto& [key, node] : members()) {
         if (std::ranges::find(names, key) != names.end()) continue;
         const std::string_view meant = nearest(key, names);
+        if (meant.empty() && !are_all) continue;
         fail(ErrorKind::file, "{}: {} has the unknown field {}; {}", file_->string(),
              place_.empty() ? "the top level" : place_, shortened(key),
              meant.empty() ? fmt::format("there are {}", fmt::join(names, ", ")) : fmt::format("is it {}?", meant));
-    }
-}
-
-void JsonNode::refuse_misspelt(std::span<const std::string_view> names) const {
-    for (const auto& [key, node] : members()) {
-        if (std::ranges::find(names, key) != names.end()) continue;
-        if (const std::string_view meant = nearest(key, names); !meant.empty())
-            fail(ErrorKind::file, "{}: {} has the unknown field {}; is it {}?", file_->string(),
-                 place_.empty() ? "the top level" : place_, shortened(key), meant);
     }
 }
 

@@ -63,6 +63,9 @@ class JsonNode {
     [[noreturn]] void refuse(std::string_view expected, std::string_view remark = {}) const;
 
   private:
+    /// `are_all`: other members are refused, too, and not only what is nearly one of these.
+    void check_members(std::span<const std::string_view> names, bool are_all) const;
+
     const nlohmann::json* value_;
     const std::filesystem::path* file_;
     std::string place_;
