@@ -4,9 +4,14 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <latch>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
@@ -80,6 +85,32 @@ TEST_CASE("streams that share devices, each on a thread of its own, compute the 
             }));
         for (std::future<Images>& stream : streams) CHECK(stream.get() == expected);
     }
+}
+
+TEST_CASE("of ten streams on one device each has had a frame when the first has had all of its") {
+    constexpr int streams = 10, frames = 30;
+    constexpr Size size{480, 270};
+    const std::vector<float> color(static_cast<size_t>(size.width) * size.height * 3, 0.5f);
+    std::list<Upscaler> upscalers;
+    for (int stream = 0; stream < streams; ++stream)
+        upscalers.emplace_back(test_device(), Model::filter("lanczos", 2), size).prepare();
+    std::array<std::atomic<int>, streams> done{};
+    std::latch begun(streams);
+    std::vector<std::future<int>> fewest;
+    for (Upscaler& upscaler : upscalers)
+        fewest.push_back(std::async(std::launch::async, [&, own = &done[fewest.size()]] {
+            std::vector<float> output(4 * color.size());
+            FrameDescription frame;
+            frame.color = {.host = const_cast<float*>(color.data()), .size = size};
+            frame.output = {.host = output.data(), .size = upscaler.output_size()};
+            begun.arrive_and_wait();
+            for (int number = 0; number < frames; ++number) {
+                upscaler.submit(frame).wait();
+                ++*own;
+            }
+            return std::min_element(done.begin(), done.end())->load();
+        }));
+    for (std::future<int>& each : fewest) CHECK(each.get() >= 1);
 }
 
 TEST_CASE("auto places by measuring and computes the same bits") {
