@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "api/stored_values.h"
 #include "clarus/error.h"
 
 namespace nb = nanobind;
@@ -31,17 +32,23 @@ const std::array<Element, 4> elements{{
     throw Error(ErrorKind::invalid_argument, fmt::format("{}: {}", argument, reason));
 }
 
-const Element& element_of(ElementType type) {
-    for (const Element& element : elements)
-        if (element.type == type) return element;
-    refuse("format", "an element type that Python's arrays do not have");
-}
-
 std::string name_of(nb::dlpack::dtype type) {
     for (const Element& element : elements)
         if (element.dlpack == type) return element.name;
     constexpr std::array<const char*, 7> kinds{"int", "uint", "float", "opaque", "bfloat", "complex", "bool"};
     return type.code < kinds.size() ? fmt::format("{}{}", kinds[type.code], type.bits) : "of an unknown type";
+}
+
+const Element& element_of(std::string_view argument, nb::dlpack::dtype type) {
+    for (const Element& element : elements)
+        if (element.dlpack == type) return element;
+    refuse(argument, fmt::format("{}; there are float32, float16, uint8, uint16", name_of(type)));
+}
+
+const Element& element_of(ElementType type) {
+    for (const Element& element : elements)
+        if (element.type == type) return element;
+    refuse("format", "an element type that Python's arrays do not have");
 }
 
 template <typename Array>
@@ -110,6 +117,19 @@ Image output_of(std::string_view argument, nb::handle object, const ImageFormat&
     if (!has_whole_rows(array, format, size))
         refuse(argument, "its pixels are not beside each other; make it contiguous");
     return image_of(array, size);
+}
+
+io::Pixels values_of(std::string_view argument, nb::handle object, int channels) {
+    nb::ndarray<nb::ro> array;
+    if (!nb::try_cast(object, array))
+        refuse(argument, "neither an array with __dlpack__ nor one with the buffer protocol");
+    const bool is_image = array.ndim() == 3 || (array.ndim() == 2 && channels == 1);
+    if (!is_image || array.size() == 0)
+        refuse(argument, fmt::format("must be rows x columns x {}, and not empty", channels));
+    const ImageFormat format{element_of(argument, array.dtype()).type, channels};
+    const Size size{static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0))};
+    const Input input = input_of(argument, object, format, size);
+    return host_values(input.image, format, channels);
 }
 
 nb::object new_array(const ImageFormat& format, Size size) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "clarus/types.h"
+#include "io/image.h"
 
 namespace clarus::python {
 
@@ -31,6 +32,10 @@ Input input_of(std::string_view argument, nanobind::handle object, const ImageFo
 
 /// The same of what the device writes. Errors likewise, also where it would have to be copied or is read-only.
 Image output_of(std::string_view argument, nanobind::handle object, const ImageFormat& format, Size size);
+
+/// What an array of so many channels holds, of any of these types and any size, as numbers: integers over their
+/// largest, floats as they are. Errors: as input_of's.
+io::Pixels values_of(std::string_view argument, nanobind::handle object, int channels);
 
 /// A new NumPy array.
 nanobind::object new_array(const ImageFormat& format, Size size);

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include "arrays.h"
 #include "clarus/device.h"
+#include "clarus/error.h"
 #include "clarus/jitter.h"
 #include "clarus/model.h"
 #include "clarus/quality.h"
@@ -91,10 +93,12 @@ void add_models(nb::module_& module) {
     nb::class_<Model>(module, "Model", "A network with its weights, or a filter.")
         .def(
             "__init__",
-            [](Model* self, const std::string& name, double scale) { new (self) Model(Model::find(name, scale)); },
-            "name"_a, "scale"_a = 2.0, Released(),
-            "A name of models(), or a file. `scale` is used by filters and by models without a scale of their own. "
-            "Raises FileError, InvalidArgumentError.")
+            [](Model* self, const std::string& name, std::optional<double> scale) {
+                new (self) Model(find_model(name, scale));
+            },
+            "name"_a, "scale"_a = nb::none(), Released(),
+            "A name of models(), or a file. `scale` is of filters and of models without a scale of their own; 2 where "
+            "it is not given. Raises FileError, InvalidArgumentError.")
         .def_prop_ro("name", &Model::name)
         .def_prop_ro("pipeline", &Model::pipeline)
         .def_prop_ro("scale", &Model::scale)
@@ -130,6 +134,14 @@ void add_quality_modes(nb::module_& module) {
 }
 
 }  // namespace
+
+Model find_model(const std::string& name, std::optional<double> scale) {
+    Model model = Model::find(name, scale.value_or(2));
+    if (scale && *scale != model.scale())
+        throw Error(ErrorKind::invalid_argument,
+                    fmt::format("scale: {}, but {} upscales by {}", *scale, model.name(), model.scale()));
+    return model;
+}
 
 void add_inquiry(nb::module_& module) {
     add_devices(module);

@@ -8,5 +8,6 @@ NB_MODULE(_clarus, module) {
     clarus::python::add_inquiry(module);
     clarus::python::add_upscaler(module);
     clarus::python::add_metrics(module);
+    clarus::python::add_check(module);
     clarus::python::add_messages(module);
 }

@@ -9,7 +9,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <initializer_list>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "arrays.h"
 #include "clarus/error.h"
 #include "module.h"
+#include "words.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -29,24 +29,12 @@ Size size_of(Pair pair) { return {pair.first, pair.second}; }
 Pair pair_of(Size size) { return {size.width, size.height}; }
 Vec2 vector_of(std::pair<float, float> pair) { return {pair.first, pair.second}; }
 
-/// Which of an enumeration's values a word means. Errors: invalid_argument, naming `argument`.
-template <typename Enum>
-Enum value_of(const char* argument, const std::string& word,
-              std::initializer_list<std::pair<const char*, Enum>> values) {
-    std::string words;
-    for (const auto& [name, value] : values) {
-        if (word == name) return value;
-        words += (words.empty() ? "" : ", ") + std::string(name);
-    }
-    throw Error(ErrorKind::invalid_argument, fmt::format("{}: \"{}\"; there are {}", argument, word, words));
-}
-
 Antialiasing antialiasing_of(const char* argument, const std::string& word) {
     return value_of<Antialiasing>(argument, word, {{"none", Antialiasing::none}, {"mlaa", Antialiasing::mlaa}});
 }
 
 Model model_of(const std::variant<std::string, Model>& model, std::optional<double> scale) {
-    if (const auto* name = std::get_if<std::string>(&model)) return Model::find(*name, scale.value_or(2));
+    if (const auto* name = std::get_if<std::string>(&model)) return find_model(*name, scale);
     if (scale) throw Error(ErrorKind::invalid_argument, "scale: a Model has one; give it to Model(name, scale)");
     return std::get<Model>(model);
 }
@@ -224,8 +212,7 @@ void add_upscaler(nb::module_& module) {
                                                    {"measure", Tuning::measure},
                                                    {"fixed", Tuning::fixed},
                                                    {"obvious", Tuning::obvious}});
-                options.color_space = value_of<ColorSpace>(
-                    "color_space", color_space, {{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}});
+                options.color_space = color_space_of(color_space);
                 options.depth = {depth_projective, depth_reversed};
                 options.motion = {vector_of(motion_scale), motion_jittered, motion_sampled_at_jitter};
                 options.color_format = format_of("color_format", color_format);

@@ -51,19 +51,9 @@ float component(const std::byte* from, ElementType type, int c) {
 
 }  // namespace
 
-io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context) {
-    const size_t pitch = row_pitch(image, format), begin = first_byte(image, format);
-    std::vector<std::byte> copy;
-    if (!image.host) copy.resize(pitch * (image.size.height - 1) + tight_pitch(image.size, format));
-    ocl::checked("read a frame to diagnose it", [&] {
-        if (image.buffer)
-            context.queue().enqueueReadBuffer(cl::Buffer(image.buffer, true), CL_TRUE, begin, copy.size(), copy.data());
-        if (image.image) {
-            const ocl::ImageObject from(image);
-            context.queue().enqueueReadImage(from.object, CL_TRUE, from.origin, from.region, pitch, 0, copy.data());
-        }
-    });
-    const std::byte* pixels = image.host ? static_cast<const std::byte*>(image.host) + begin : copy.data();
+io::Pixels host_values(const Image& image, const ImageFormat& format, int channels) {
+    const size_t pitch = row_pitch(image, format);
+    const std::byte* pixels = static_cast<const std::byte*>(image.host) + first_byte(image, format);
     io::Pixels values{image.size, channels, {}};
     values.values.reserve(static_cast<size_t>(image.size.width) * image.size.height * channels);
     for (int y = 0; y < image.size.height; ++y)
@@ -71,6 +61,22 @@ io::Pixels stored_values(const Image& image, const ImageFormat& format, int chan
             for (int c = 0; c < channels; ++c)
                 values.values.push_back(component(pixels + y * pitch + x * pixel_bytes(format), format.type, c));
     return values;
+}
+
+io::Pixels stored_values(const Image& image, const ImageFormat& format, int channels, const ocl::Context& context) {
+    if (image.host) return host_values(image, format, channels);
+    const size_t pitch = row_pitch(image, format);
+    std::vector<std::byte> copy(pitch * (image.size.height - 1) + tight_pitch(image.size, format));
+    ocl::checked("read a frame to diagnose it", [&] {
+        if (image.buffer)
+            context.queue().enqueueReadBuffer(cl::Buffer(image.buffer, true), CL_TRUE, first_byte(image, format),
+                                              copy.size(), copy.data());
+        if (image.image) {
+            const ocl::ImageObject from(image);
+            context.queue().enqueueReadImage(from.object, CL_TRUE, from.origin, from.region, pitch, 0, copy.data());
+        }
+    });
+    return host_values({.host = copy.data(), .row_pitch = pitch, .size = image.size}, format, channels);
 }
 
 }  // namespace clarus

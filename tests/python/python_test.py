@@ -305,6 +305,10 @@ class Errors(unittest.TestCase):
         }.items():
             with self.subTest(pattern), self.refused(pattern):
                 upscaler(**options)
+        with self.refused("scale: 3, but enss-s-x2 upscales by 2"):
+            upscaler(scale=3)
+        with self.refused("scale: 3, but enss-s-x2 upscales by 2"):
+            clarus.Model(MODEL, 3)
         with self.refused("scale: a Model has one"):
             clarus.Upscaler(clarus.Model("bicubic", 3), RENDER, device=DEVICE, scale=2)
         with self.assertRaises(TypeError):
@@ -406,13 +410,51 @@ class Inquiry(unittest.TestCase):
         other = np.clip(image + np.float32(0.1), 0, 2)
         self.assertAlmostEqual(clarus.psnr(other, image), 20, 3)
         self.assertLess(clarus.ssim(other, image), 1)
-        for pattern, arrays in {"image: must be": (image[..., :2], image), "reference: must be": (image, image[0]),
-                                "image: must be a contiguous float32": ((255 * image).astype(np.uint8), image),
-                                "48": (image, image[:-1])}.items():
+        bytes_of = [np.round(255 * each).astype(np.uint8) for each in (image, np.clip(other, 0, 1))]
+        self.assertAlmostEqual(clarus.psnr(*bytes_of), clarus.psnr(*(each.astype(np.float32) / 255 for each in bytes_of)), 4)
+        self.assertEqual(clarus.psnr(image[::2, ::-1], image[::2, ::-1].copy()), 100)
+        for pattern, arrays in {r"image: shape \(32, 48, 2\)": (image[..., :2], image), "reference: must be": (image, image[0]),
+                                "reference: must be rows x columns x 3, and not empty": (image, image[:0]),
+                                "image: float64; there are float32": (image.astype(np.float64), image),
+                                "image: neither": ("image.png", image), "48": (image, image[:-1])}.items():
             with self.subTest(pattern), self.assertRaisesRegex(clarus.InvalidArgumentError, pattern):
                 clarus.psnr(*arrays)
         with self.assertRaisesRegex(clarus.InvalidArgumentError, "11x11"):
             clarus.ssim(image[:5], image[:5])
+
+    def test_check(self):
+        rng = np.random.default_rng(3)
+        wide = np.kron(rng.random((80, 160, 3)), np.ones((2, 2, 1))).astype(np.float32)
+        colors, motions = [], []
+        for frame in range(8):  # the picture goes two pixels to the left and one up, and a part of it otherwise
+            colors.append(wide[frame:frame + 96, 2 * frame:2 * frame + 160])
+            motion = np.empty((96, 160, 2), np.float16)
+            motion[...] = (2, 1)
+            motions.append(motion)
+
+        def wrong(colors=colors, motions=motions, **options):
+            return [finding.field for finding in clarus.check(colors, None, motions, **options) if finding.verdict == "wrong"]
+
+        self.assertEqual(wrong(), [])
+        self.assertEqual(wrong(motion_scale=(-1, -1)), ["motion.direction"])
+        self.assertEqual(wrong(motion_scale=(1, -1)), ["motion.y"])
+        self.assertEqual(wrong([np.round(255 * color).astype(np.uint8) for color in colors], color_space="linear"), ["color_space"])
+        findings = {finding.field: finding for finding in clarus.check(colors, motion=motions, motion_scale=(-1, -1))}
+        found = findings["motion.direction"]
+        self.assertEqual((found.declared, found.best, found.count), ("to_previous", "from_previous", 7))
+        self.assertGreater(found.gain, 0.6)
+        self.assertRegex(repr(found), "motion.direction: to_previous, from_previous fits best, .* dB: wrong")
+        for pattern, arguments in {"color: no frames": ([],), r"color\[1\]: None": ([colors[0], None],),
+                                   "motion: 1 of them, but 2 frames": (colors[:2], None, motions[:1]),
+                                   r"motion\[0\]: .*shape": (colors[:2], None, colors[:2]),
+                                   r"depth\[0\]: 5 columns": (colors[:1], [np.ones((4, 5), np.float32)])}.items():
+            with self.subTest(pattern), self.assertRaisesRegex(clarus.InvalidArgumentError, pattern):
+                clarus.check(*arguments)
+        for pattern, options in {"color_space: .*linear": {"color_space": "rec709"},
+                                 r"jitter\[1\]: ": {"jitter": [(0, 0)] + 7 * [(0, 1.5)]},
+                                 "near_plane 0, far_plane 0": {"depth": colors, "depth_projective": True}}.items():
+            with self.subTest(pattern), self.assertRaisesRegex(clarus.InvalidArgumentError, pattern):
+                clarus.check(colors, **options)
 
     @unittest.skipUnless(OpenImageIO, "python3-openimageio is missing, to read what was saved")
     def test_pictures(self):

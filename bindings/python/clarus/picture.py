@@ -5,11 +5,12 @@ import struct
 import zlib
 
 import numpy
+import numpy.typing
 
 from clarus._clarus import InvalidArgumentError
 
 
-def _chunk(kind, content):
+def _chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
@@ -19,7 +20,7 @@ class Picture:
     Floats are from 0 to 1, and what is beyond is clamped; uint8 is taken as it is. Raises InvalidArgumentError.
     """
 
-    def __init__(self, array):
+    def __init__(self, array: numpy.typing.ArrayLike) -> None:
         array = numpy.asarray(array)
         kinds = {(2,): 0, (3, 1): 0, (3, 3): 2, (3, 4): 6}
         kind = kinds.get((array.ndim, *array.shape[2:]))
@@ -40,13 +41,13 @@ class Picture:
         ))
         self._text = f"<clarus.Picture {width}x{height}>"
 
-    def _repr_png_(self):
+    def _repr_png_(self) -> bytes:
         return self._png
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return self._text
 
-    def save(self, path):
+    def save(self, path: str | os.PathLike[str]) -> None:
         """As a PNG file."""
         unfinished = f"{os.fspath(path)}.{os.getpid()}.partial"
         try:
