@@ -94,7 +94,7 @@ class Installed(unittest.TestCase):
         self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
 
     def test_static_from_c(self):
-        build = self.build("static_in_c", "C CXX", "add_executable(with_static readme_example_c.c)\n"
+        build = self.build("static_in_c", "C", "add_executable(with_static readme_example_c.c)\n"
                            "target_link_libraries(with_static PRIVATE clarus::static)\n", " COMPONENTS static")
         self.run_example(build + "with_static")
         self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
