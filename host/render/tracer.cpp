@@ -63,7 +63,7 @@ bool missed(const RTCHit16& hits, int i) { return hits.geomID[i] == RTC_INVALID_
 struct Tracer::Packet {
     int count;                           // of rays
     alignas(64) int valid[packet_size];  // −1: to be traced, or to be shaded
-    alignas(64) RTCRayHit16 hits;
+    alignas(64) RTCRayHit16 hits{};      // all lanes: with AVX2 Embree 3.13 asserts on what is left in the others
     Ray rays[packet_size];
 
     void intersect(RTCScene scene, const V3f& eye, const std::array<float, packet_size>& from,
@@ -139,7 +139,7 @@ void Tracer::intersect_solid(Packet& packet, std::span<Sample> samples) const {
 /// Of the rays that are valid.
 void Tracer::shade_hits(Packet& packet, const TextureFilter& filter, std::span<Shaded> shaded) const {
     const V3f eye(camera_.position()), to_sun = scene_.environment.to_sun;
-    alignas(64) RTCRay16 shadow_rays{};  // all lanes: with AVX2 Embree 3.13 asserts on what is left in the others
+    alignas(64) RTCRay16 shadow_rays{};  // all lanes, likewise
     std::array<Surface, packet_size> surfaces;
     bool any = false;
     for (int i = 0; i < packet.count; ++i) {

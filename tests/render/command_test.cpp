@@ -131,6 +131,16 @@ TEST_CASE("clarus render has the demo built in") {
     CHECK(studio.read("demo").frames[0].reference.empty());
 }
 
+// Packets of rays that are mostly empty, among instances.
+TEST_CASE("clarus render makes sequences of any size") {
+    const TemporaryFolder folder;
+    for (const char* size : {"1x1", "1x2", "2x1", "3x1", "1x8", "5x3"}) {
+        CAPTURE(std::string(size));
+        run_render({"--scene", "demo", "--size", size, "--frames", "2", "--output", (folder / size).string()});
+        CHECK(io::read_image(folder / size / "color/0001.png").values.size() > 0);
+    }
+}
+
 TEST_CASE("a render goes on over images that are damaged by making them anew, and names a record that is") {
     const Studio studio;
     const auto place = studio.render_in_part();
