@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,7 +22,10 @@ PythonProcess::PythonProcess(const char* script, std::span<const std::string> ar
     posix_spawn_file_actions_t streams;
     posix_spawn_file_actions_init(&streams);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO}) posix_spawn_file_actions_adddup2(&streams, ends[1], stream);
-    std::vector<const char*> words{"python3", "-c", script};
+    // Python would look for modules in the working folder first: what lies there is not to be run.
+    const std::string program =
+        std::string("import sys\nsys.path[:] = [folder for folder in sys.path if folder]\n") + script;
+    std::vector<const char*> words{"python3", "-c", program.c_str()};
     for (const std::string& argument : arguments) words.push_back(argument.c_str());
     words.push_back(nullptr);
     const int error =
