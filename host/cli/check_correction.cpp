@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/json_text.h"
 #include "io/file.h"
+#include "io/json_reader.h"
 
 namespace clarus::cli {
 namespace {
@@ -67,7 +68,7 @@ void correct_motion(Json& motion, const check::Correction& correction) {
 /// Of a sequence that was read. Errors: file, where a number that nobody reads is none that a float can be.
 Json description_of(const fs::path& file) {
     try {
-        return Json::parse(io::read_file(file));
+        return Json::parse(io::read_file(file, io::largest_json));
     } catch (const Json::exception& error) {
         fail(ErrorKind::file, "cannot correct {}: {}", file.string(), error.what());
     }

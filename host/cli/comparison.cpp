@@ -84,7 +84,7 @@ bool is_bicubic(const std::filesystem::path& folder) {
     if (name_of(folder) == "bicubic") return true;
     const std::filesystem::path file = folder / "report.json";
     if (!std::filesystem::exists(file)) return false;
-    const auto report = io::try_parse_json(io::read_file(file));
+    const auto report = io::try_parse_json(io::read_file(file, io::largest_json));
     const nlohmann::json::json_pointer name("/model/name");
     if (!report || !report->contains(name)) return false;
     const nlohmann::json& model = (*report)[name];

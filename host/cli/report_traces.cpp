@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/error.h"
-#include "io/file.h"
 #include "io/json_reader.h"
 
 namespace clarus::cli {
@@ -44,7 +43,7 @@ struct Events {
 void read(const fs::path& path, size_t file, Events& events) {
     constexpr double kMost = 1e18;
     constexpr int64_t kMostTracks = int64_t{1} << 53;
-    const nlohmann::json trace = io::parse_json(io::read_file(path), path);
+    const nlohmann::json trace = io::read_json(path);
     const io::JsonNode root(trace, path);
     const double began = root["otherData"]["began"].number(0, kMost);
     for (const io::JsonNode& event : root["traceEvents"].items()) {

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "io/file.h"
 #include "io/json_reader.h"
 
 namespace clarus::cli {
@@ -12,7 +11,7 @@ std::filesystem::path run_file(const std::filesystem::path& folder) { return fol
 nlohmann::ordered_json read_run(const std::filesystem::path& folder) {
     const std::filesystem::path file = run_file(folder);
     if (!std::filesystem::exists(file)) return {};
-    const nlohmann::json run = io::parse_json(io::read_file(file), file);
+    const nlohmann::json run = io::read_json(file);
     const io::JsonNode root(run, file);
     root["model"]["name"].text();
     const std::vector<io::JsonNode> devices = root["devices"].items();

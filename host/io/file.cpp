@@ -23,14 +23,20 @@ std::string read_file(const std::filesystem::path& path, uintmax_t largest) {
     if (size > largest)
         fail(ErrorKind::file, "cannot read {}: {} bytes are more than the {} allowed", path.string(), size, largest);
 
+    std::string bytes = read_beginning(path, size);
+    if (bytes.size() != size)
+        fail(ErrorKind::file, "cannot read {}: it ends after {} of {} bytes", path.string(), bytes.size(), size);
+    return bytes;
+}
+
+std::string read_beginning(const std::filesystem::path& path, size_t bytes) {
+    require_file(path);
     std::FILE* file = std::fopen(path.c_str(), "rb");
     if (!file) fail(ErrorKind::file, "cannot read {}: {}", path.string(), std::generic_category().message(errno));
-    std::string bytes(size, '\0');
-    const size_t count = std::fread(bytes.data(), 1, bytes.size(), file);
+    std::string result(bytes, '\0');
+    result.resize(std::fread(result.data(), 1, result.size(), file));
     std::fclose(file);
-    if (count != size)
-        fail(ErrorKind::file, "cannot read {}: it ends after {} of {} bytes", path.string(), count, size);
-    return bytes;
+    return result;
 }
 
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/nearest.h"
+#include "io/file.h"
 
 namespace clarus::io {
 namespace {
@@ -51,6 +52,8 @@ nlohmann::json parse_json(std::string_view text, const std::filesystem::path& fi
     }
 }
 
+nlohmann::json read_json(const std::filesystem::path& file) { return parse_json(read_file(file, largest_json), file); }
+
 std::optional<nlohmann::json> try_parse_json(std::string_view text) {
     try {
         return parse_json(text, {});
@@ -61,8 +64,13 @@ std::optional<nlohmann::json> try_parse_json(std::string_view text) {
 
 JsonNode JsonNode::operator[](const std::string& key) const {
     if (const auto member = find(key)) return *member;
-    fail(ErrorKind::file, "{}: {} lacks the field \"{}\"", file_->string(), place_.empty() ? "the top level" : place_,
-         key);
+    const std::string_view name = key;
+    std::string misspelt;
+    for (const auto& [present, value] : value_->items())
+        if (misspelt.empty() && !nearest(present, std::span(&name, 1)).empty())
+            misspelt = fmt::format("; it has {}", shortened(present));
+    fail(ErrorKind::file, "{}: {} lacks the field \"{}\"{}", file_->string(), place_.empty() ? "the top level" : place_,
+         key, misspelt);
 }
 
 std::optional<JsonNode> JsonNode::find(const std::string& key) const {

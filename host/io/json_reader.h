@@ -17,6 +17,11 @@ namespace clarus::io {
 /// than 2^24 of them. `file` is for the message. Errors: file.
 nlohmann::json parse_json(std::string_view text, const std::filesystem::path& file);
 
+inline constexpr uintmax_t largest_json = uintmax_t{256} << 20;  // bytes
+
+/// Of a file of at most so many bytes. Errors: file.
+nlohmann::json read_json(const std::filesystem::path& file);
+
 /// The same of a text that may be something else: none for what parse_json refuses.
 std::optional<nlohmann::json> try_parse_json(std::string_view text);
 

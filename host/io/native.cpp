@@ -17,8 +17,6 @@
 namespace clarus::io {
 namespace {
 
-constexpr uintmax_t largest_description = 1 << 28;  // bytes
-
 constexpr int largest_extent = 1 << 15;           // pixels
 constexpr double largest_scale = largest_extent;  // that of an image of one pixel
 constexpr double largest_bias = 16;               // mip levels
@@ -185,7 +183,7 @@ void name_frames(std::vector<FrameFiles>& frames) {
 }  // namespace
 
 Sequence read_native(const std::filesystem::path& description) {
-    const nlohmann::json json = parse_json(read_file(description, largest_description), description);
+    const nlohmann::json json = read_json(description);
     const JsonNode root(json, description);
     root.allow_members(root_fields);
     Sequence sequence;
@@ -223,7 +221,7 @@ Sequence read_native(const std::filesystem::path& description) {
 }
 
 bool looks_native(const std::filesystem::path& file) {
-    const auto json = try_parse_json(read_file(file, largest_description));
+    const auto json = try_parse_json(read_file(file, largest_json));
     return !json || json->contains("frames");
 }
 

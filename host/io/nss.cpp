@@ -16,8 +16,6 @@
 namespace clarus::io {
 namespace {
 
-constexpr uintmax_t largest_description = 1 << 28;  // bytes
-
 constexpr ColorSpace color_space = ColorSpace::linear;
 constexpr MotionConvention motion_convention{.unit = MotionUnit::uv, .from_previous = true, .sampled_at_jitter = true};
 
@@ -69,7 +67,7 @@ void read_planes(const JsonNode& node, FrameFiles& frame) {
 }  // namespace
 
 Sequence read_nss(const std::filesystem::path& description, double scale) {
-    const nlohmann::json json = parse_json(read_file(description, largest_description), description);
+    const nlohmann::json json = read_json(description);
     const JsonNode root(json, description);
     root.refuse_misspelt(root_fields);
     const std::string ratio = ratio_name(scale);

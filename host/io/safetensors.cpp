@@ -42,7 +42,8 @@ struct Placed {
     const std::string* name;
 };
 
-Tensor read_entry(const std::string& name, const JsonNode& entry, std::span<const std::byte> body, Placed& placed,
+/// Without its bytes.
+Tensor read_entry(const std::string& name, const JsonNode& entry, int64_t body_size, Placed& placed,
                   const std::filesystem::path& path) {
     Tensor tensor;
     tensor.name = name;
@@ -60,13 +61,11 @@ Tensor read_entry(const std::string& name, const JsonNode& entry, std::span<cons
                  shape_text(tensor.shape));
     }
     const std::vector<JsonNode> offsets = entry["data_offsets"].items(2);
-    const auto body_size = static_cast<int64_t>(body.size());
     placed.begin = offsets[0].integer(0, body_size);
     placed.end = offsets[1].integer(placed.begin, body_size);
     if (placed.end - placed.begin != size)
         fail(ErrorKind::file, "{}: tensor {} of the shape {} takes {} bytes, but its data_offsets hold {}",
              path.string(), name, shape_text(tensor.shape), size, placed.end - placed.begin);
-    tensor.bytes = body.subspan(placed.begin, size);
     return tensor;
 }
 
@@ -85,6 +84,45 @@ void check_that_tensors_tile(std::vector<Placed> tensors, int64_t body_size, con
     }
     if (end != body_size)
         fail(ErrorKind::file, "{}: {} bytes at the end belong to no tensor", path.string(), body_size - end);
+}
+
+/// What the header says, of a file of so many bytes that begins with these.
+struct Header {
+    std::map<std::string, std::string> metadata;
+    std::map<std::string, Tensor> tensors;  // without their bytes
+    std::vector<Placed> placed;             // of each tensor
+    size_t body = 0;                        // where it begins, in bytes
+};
+
+/// Where the header ends. Errors: file.
+size_t end_of_header(std::string_view begin, uintmax_t file_size, const std::filesystem::path& path) {
+    uint64_t header_size = 0;
+    if (begin.size() < sizeof header_size)
+        fail(ErrorKind::file, "{} is no safetensors file: it has only {} bytes", path.string(), file_size);
+    std::memcpy(&header_size, begin.data(), sizeof header_size);  // little-endian, as are all hosts we run on
+    if (header_size > longest_header || header_size > file_size - sizeof header_size)
+        fail(ErrorKind::file, "{} is no safetensors file or is cut short: its header claims {} bytes, the file has {}",
+             path.string(), header_size, file_size);
+    return sizeof header_size + header_size;
+}
+
+Header read_header(std::string_view begin, uintmax_t file_size, const std::filesystem::path& path) {
+    Header header;
+    header.body = end_of_header(begin, file_size, path);
+    const auto body_size = static_cast<int64_t>(file_size - header.body);
+    const nlohmann::json json = parse_json(begin.substr(sizeof(uint64_t), header.body - sizeof(uint64_t)), path);
+    for (const auto& [name, entry] : JsonNode(json, path).members()) {
+        if (name == "__metadata__") {
+            for (const auto& [key, value] : entry.members()) header.metadata[key] = value.text();
+            continue;
+        }
+        header.placed.emplace_back();
+        const auto inserted =
+            header.tensors.emplace(name, read_entry(name, entry, body_size, header.placed.back(), path)).first;
+        header.placed.back().name = &inserted->first;
+    }
+    check_that_tensors_tile(header.placed, body_size, path);
+    return header;
 }
 
 }  // namespace
@@ -114,36 +152,27 @@ std::vector<float> Tensor::floats() const {
     return values;
 }
 
-Safetensors Safetensors::read(const std::filesystem::path& path) { return parse(read_file(path), path); }
+Safetensors Safetensors::read(const std::filesystem::path& path) {
+    // The header alone, before as much memory is taken as the file claims to be long.
+    require_file(path);
+    std::error_code error;
+    const uintmax_t size = std::filesystem::file_size(path, error);
+    if (error) fail(ErrorKind::file, "cannot read {}: {}", path.string(), error.message());
+    const size_t body = end_of_header(read_beginning(path, sizeof(uint64_t)), size, path);
+    read_header(read_beginning(path, body), size, path);
+    return parse(read_file(path), path);
+}
 
 Safetensors Safetensors::parse(std::string bytes, const std::filesystem::path& path) {
     Safetensors file;
     file.path_ = path;
     file.data_ = std::make_shared<const std::string>(std::move(bytes));
-    const std::span<const std::byte> data = std::as_bytes(std::span(*file.data_));
-
-    uint64_t header_size = 0;
-    if (data.size() < sizeof header_size)
-        fail(ErrorKind::file, "{} is no safetensors file: it has only {} bytes", path.string(), data.size());
-    std::memcpy(&header_size, data.data(), sizeof header_size);  // little-endian, as are all hosts we run on
-    if (header_size > longest_header || header_size > data.size() - sizeof header_size)
-        fail(ErrorKind::file, "{} is no safetensors file or is cut short: its header claims {} bytes, the file has {}",
-             path.string(), header_size, data.size());
-    const std::span<const std::byte> body = data.subspan(sizeof header_size + header_size);
-
-    const nlohmann::json header =
-        parse_json(std::string_view(*file.data_).substr(sizeof header_size, header_size), path);
-    std::vector<Placed> placed;
-    for (const auto& [name, entry] : JsonNode(header, path).members()) {
-        if (name == "__metadata__") {
-            for (const auto& [key, value] : entry.members()) file.metadata_[key] = value.text();
-            continue;
-        }
-        placed.emplace_back();
-        const auto inserted = file.tensors_.emplace(name, read_entry(name, entry, body, placed.back(), path)).first;
-        placed.back().name = &inserted->first;
-    }
-    check_that_tensors_tile(std::move(placed), static_cast<int64_t>(body.size()), path);
+    Header header = read_header(*file.data_, file.data_->size(), path);
+    const std::span<const std::byte> body = std::as_bytes(std::span(*file.data_)).subspan(header.body);
+    for (const Placed& placed : header.placed)
+        header.tensors.at(*placed.name).bytes = body.subspan(placed.begin, placed.end - placed.begin);
+    file.metadata_ = std::move(header.metadata);
+    file.tensors_ = std::move(header.tensors);
     return file;
 }
 

@@ -11,7 +11,10 @@
 namespace clarus::io {
 
 TemporaryFolder::TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "clarus-XXXXXX").string();
+    std::error_code missing;
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(missing);
+    if (missing) fail(ErrorKind::file, "TMPDIR names no folder for temporary files: {}", missing.message());
+    std::string name = (folder / "clarus-XXXXXX").string();
     if (!mkdtemp(name.data())) {
         fail(ErrorKind::file, "cannot make a temporary folder {}: {}", name, std::generic_category().message(errno));
     }

@@ -4,7 +4,6 @@
 #include <set>
 #include <string>
 
-#include "io/file.h"
 
 namespace clarus::measure {
 namespace {
@@ -96,7 +95,7 @@ Figure read_figure(const JsonNode& node) {
     return figure;
 }
 
-BenchFile::BenchFile(const std::filesystem::path& from) : path(from), json(io::parse_json(io::read_file(from), from)) {
+BenchFile::BenchFile(const std::filesystem::path& from) : path(from), json(io::read_json(from)) {
     root()["format"].choice<int>({{"clarus-bench", 1}});
     root()["version"].integer(1, 1);
     root()["date"].text();

@@ -61,7 +61,7 @@ std::string checksum(const Model& model) {
 }
 
 Checks Checks::read(const std::filesystem::path& path) {
-    const nlohmann::json json = io::parse_json(io::read_file(path), path);
+    const nlohmann::json json = io::read_json(path);
     const io::JsonNode file(json, path);
     file["format"].choice<int>({{kFormat, 1}});
     file["version"].integer(1, 1);

@@ -129,7 +129,7 @@ void SequenceWriter::refuse_foreign(const fs::path& image) const {
 
 nlohmann::json SequenceWriter::read_record() const {
     try {
-        nlohmann::json record = io::parse_json(io::read_file(unfinished_), unfinished_);
+        nlohmann::json record = io::read_json(unfinished_);
         const io::JsonNode root(record, unfinished_);
         root["recipe"].members();
         for (const io::JsonNode& hash : root["frames_done"].items()) hash.text();
