@@ -4,10 +4,12 @@
 #include <pwd.h>
 #include <sched.h>
 #include <sys/file.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <thread>
 
@@ -22,6 +24,11 @@ std::filesystem::path home_folder() {
 void take_idle_time() {
     const sched_param none{};
     sched_setscheduler(0, SCHED_IDLE, &none);  // where it fails, the thread takes its share as others do
+}
+
+void end_with_parent(int parent) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(1);
 }
 
 FileLock::FileLock(const std::string& path)

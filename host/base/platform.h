@@ -15,6 +15,9 @@ std::filesystem::path home_folder();
 /// From here on, the calling thread and those that it makes take what time others leave.
 void take_idle_time();
 
+/// From here on, this process is asked to end (SIGTERM) where the thread that started it ends; at once if `parent` has.
+void end_with_parent(int parent);
+
 /// Keeps other processes and threads out as long as it lives. They have it for as long as it takes to write a file, so
 /// that it waits for seconds at most.
 class FileLock {

@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "base/error.h"
 #include "base/parse.h"
+#include "base/platform.h"
 #include "base/precision.h"
 #include "clarus/version.h"
 #include "cli/bench_compare.h"
@@ -20,9 +22,11 @@
 #include "cli/bench_share.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
+#include "cli/finite.h"
 #include "cli/output_folder.h"
 #include "cli/progress.h"
 #include "cli/taken_files.h"
+#include "measure/bench_file.h"
 #include "measure/start.h"
 
 namespace clarus::cli {
@@ -155,11 +159,13 @@ void bench(Options& options) {
     for (const std::string& model : options.bench.models) taken.add(model, "a model");
     if (!options.checks.empty()) taken.add(options.checks, "the expected images");
     taken.take("--output", output);
+    const std::filesystem::path unfinished = output.string() + ".part";
+    taken.take("--output", unfinished);
+    if (std::filesystem::exists(unfinished)) static_cast<void>(measure::BenchFile(unfinished));  // a run that was ended
     options.bench.checks = measure::Checks::read(options.checks.empty() ? measure::shipped_checks() : options.checks);
     options.bench.version = CLARUS_VERSION_STRING;
     if (!options.without_start) options.bench.tool = std::filesystem::read_symlink("/proc/self/exe");
     const std::vector<measure::BenchItem> items = items_of(options);
-    const std::filesystem::path unfinished = output.string() + ".part";
     options.bench.interim = [&](const BenchResult& result) { result.write(unfinished); };
     const BenchResult result = [&] {
         Progress progress("measuring");
@@ -194,6 +200,7 @@ void add_first_frame_command(CLI::App& bench) {
     add_choice<Tuning, Tuning>(command, "TUNING", first->tuning, {{"stored", Tuning::stored}, {"fixed", Tuning::fixed}},
                                "");
     command.callback([first] {
+        end_with_parent(getppid());
         const int programs = measure::show_first_frame(*first);
         fmt::print("{} {}\n", measure::kFirstFrameWord, programs);
         std::fflush(stdout);
@@ -230,7 +237,8 @@ void add_bench_command(CLI::App& app) {
         .add_option("--seconds", bench_options.seconds,
                     "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained by default")
         ->type_name("S")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber)
+        ->check(finite());
     CLI::Option* const tuning = add_choice<Tuning, Tuning>(
         command, "--tuning", bench_options.tuning,
         {{"stored", Tuning::stored}, {"measure", Tuning::measure}, {"fixed", Tuning::fixed}},

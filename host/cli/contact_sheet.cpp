@@ -137,7 +137,14 @@ void ContactSheet::check(const Reference& reference) const {
         if (crop.x + crop.width > size.width || crop.y + crop.height > size.height)
             fail(ErrorKind::invalid_argument, "--crop {},{},{},{} reaches beyond {}x{} pixels", crop.x, crop.y,
                  crop.width, crop.height, size.width, size.height);
-    const int64_t height = column_height(*this, size, column_width > 0 ? column_width : size.width);
+    constexpr int64_t most = int64_t{1} << 27;  // pixels of a column, which takes 12 bytes each
+    const int width = column_width > 0 ? column_width : size.width;
+    const int64_t height = column_height(*this, size, width);
+    if (width * height > most)
+        fail(ErrorKind::invalid_argument,
+             "--sheet: columns of {}x{} pixels are too large; take fewer crops or "
+             "--column-width",
+             width, height);
     if (height > largest_side)
         fail(ErrorKind::invalid_argument, "--sheet: {} pixels high are too many; take wider crops or --column-width",
              height);

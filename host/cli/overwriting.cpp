@@ -10,12 +10,18 @@ void refuse_overwriting_inputs(const std::filesystem::path& sequence_path, const
                                const Model& model, const FrameOutput& output, const std::filesystem::path& report,
                                const std::filesystem::path& trace) {
     const bool writes_folder = !output.writer && output.picture.empty();
-    if (writes_folder && folders_of(images_of(sequence)).contains(resolved(output.folder)))
+    const std::set<std::filesystem::path> inputs = folders_of(images_of(sequence));
+    if (writes_folder && inputs.contains(resolved(output.folder)))
         fail(ErrorKind::invalid_argument, "--output {} holds images of the sequence; name another folder",
              output.folder.string());
     if (writes_folder && resolved(output.folder) == resolved(folder_of(sequence.folder / "")))
         fail(ErrorKind::invalid_argument, "--output {} is the sequence's own folder; name another",
              output.folder.string());
+
+    for (const std::string& view : output.views)
+        if (const auto folder = output.view_file(view, "0").parent_path(); inputs.contains(resolved(folder)))
+            fail(ErrorKind::invalid_argument, "--view {}: {} holds images of the sequence; name another --output", view,
+                 folder.string());
 
     TakenFiles taken;
     // One image is no folder's: others may lie beside it.

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "cli/calibration.h"
 #include "cli/commands.h"
+#include "cli/finite.h"
 #include "cli/output_folder.h"
 #include "cli/progress.h"
 #include "cli/sequence_options.h"
@@ -251,7 +252,8 @@ void add_quantize_command(CLI::App& app) {
                     "Layers read what is within so many per cent of the samples; by default 100, 99.999, 99.99, 99.9 "
                     "and what is best for each layer are tried, and what changes the output least is taken")
         ->type_name("P")
-        ->check(CLI::Range(50.0, 100.0));
+        ->check(CLI::Range(50.0, 100.0))
+        ->check(finite());
     options->reading.add_to(command);
     command.add_option("--device", options->device, "auto; gpu, cpu or dsp; an index, 0:1; a part of a name")
         ->type_name("SEL");

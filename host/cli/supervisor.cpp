@@ -2,7 +2,6 @@
 
 #include <signal.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/platform.h"
 
 namespace clarus::cli {
 namespace {
@@ -63,8 +63,7 @@ void go_on_supervised(const std::string& what) {
         const pid_t child = fork();
         if (child < 0) fail(ErrorKind::file, "cannot start a process for {}: {}", what, strerror(errno));
         if (child == 0) {
-            prctl(PR_SET_PDEATHSIG, SIGTERM);
-            if (getppid() != supervisor) _exit(1);
+            end_with_parent(supervisor);
             signals.leave_to_the_child();
             return;
         }

@@ -23,6 +23,7 @@
 #include "cli/choice.h"
 #include "cli/commands.h"
 #include "cli/convention_watch.h"
+#include "cli/finite.h"
 #include "cli/frame_loop.h"
 #include "cli/frame_source.h"
 #include "cli/interrupt.h"
@@ -594,8 +595,7 @@ void add_upscale_command(CLI::App& app) {
                     "longer where writing would take more than 5 % of the time")
         ->type_name("SECONDS")
         ->check(CLI::Range(0.0, 1e6).description(""))
-        ->check(CLI::Validator(
-            [](const std::string& text) { return text.find('n') == text.npos ? "" : "not a number of seconds"; }, ""));
+        ->check(finite());
     command.footer(
         "Examples:\n"
         "  clarus upscale sequence --model enss-s-x2 --output upscaled\n"

@@ -51,7 +51,9 @@ struct Workplace {
 TEST_CASE("no command replaces what it reads") {
     const Workplace place;
     const fs::path reference = place.sequence / "reference/0001.png", color = place.sequence / "color/0001.png",
-                   picture = place.pictures / "0001.png", description = place.sequence / "sequence.json";
+                   picture = place.pictures / "0001.png", description = place.sequence / "sequence.json",
+                   part = place.folder / "bench.json.part";  // what is measured until it is done
+    write(part, "[]");
     const std::vector<std::pair<fs::path, std::vector<std::string>>> commands{
         {reference, {"compare", place.pictures, place.sequence, "--sheet", reference}},
         {color, {"compare", place.pictures, place.sequence, "--sheet", color}},
@@ -70,6 +72,7 @@ TEST_CASE("no command replaces what it reads") {
         {color, {"report", place.pictures, "--sequence", place.sequence, "-o", color}},
         {color, {"check", place.sequence, "--report", color}},
         {place.model, {"quantize", place.model, place.sequence, "-o", place.model}},
+        {part, {"bench", "--models", "bicubic", "--checks", part, "-o", place.folder / "bench.json"}},
     };
     for (const auto& [file, words] : commands) {
         CAPTURE(words.front());
@@ -192,4 +195,78 @@ TEST_CASE("a picture that is damaged is not counted as done without a word") {
     const Outcome resumed = upscale({"--resume"});
     CHECK(resumed.code == 0);
     CHECK_MESSAGE(contains(resumed.errors, "1 of the pictures before"), resumed.errors);
+}
+
+TEST_CASE("pictures of --view do not replace the sequence's") {
+    const Workplace place;
+    const fs::path out = place.folder / "out", views = out / "views/input_color";
+    fs::create_directories(out / "views");
+    const std::string before = io::read_file(place.sequence / "color/0000.png");
+    const auto upscale = [&](const fs::path& sequence) {
+        return run_clarus({"upscale", sequence, "--model", CLARUS_MODEL_DIR "/stack/weights/espcn-x2.safetensors",
+                           "--device", test_selector(), "-o", out, "--view", "input_color"});
+    };
+    const auto check_refused = [&](const Outcome& outcome) {
+        CHECK(outcome.code == 1);
+        CHECK_MESSAGE(contains(outcome.errors, "--view input_color"), outcome.errors);
+        CHECK(io::read_file(place.sequence / "color/0000.png") == before);
+    };
+    fs::create_directory_symlink(place.sequence / "color", views);
+    check_refused(upscale(place.sequence));
+    fs::remove(views);
+    fs::copy(place.sequence / "color", views);
+    check_refused(upscale(views));
+}
+
+TEST_CASE("bench replaces an unfinished result by none but its own") {
+    const Workplace place;
+    const fs::path part = place.folder / "bench.json.part";
+    write(part, "a letter");
+    const Outcome outcome = run_clarus({"bench", "--models", "bicubic", "-o", place.folder / "bench.json"});
+    CHECK(outcome.code == 1);
+    CHECK_MESSAGE(contains(outcome.errors, "bench.json.part is not valid JSON"), outcome.errors);
+    CHECK(io::read_file(part) == "a letter");
+}
+
+TEST_CASE("a file that claims to be long takes no memory") {
+    const Workplace place;
+    constexpr uintmax_t long_size = uintmax_t{1} << 40;  // without contents
+    const auto check_refused = [&](const fs::path& file, const std::vector<std::string>& words) {
+        fs::resize_file(file, long_size);
+        const Outcome outcome = run_clarus(words);
+        CHECK(outcome.code == 1);
+        CHECK_MESSAGE(contains(outcome.errors, file.string()), outcome.errors);
+        CHECK_FALSE(contains(outcome.errors, "memory"));
+    };
+    check_refused(place.model, {"model", place.model});
+    check_refused(place.checks, {"bench", "--models", "bicubic", "--checks", place.checks, "-o", place.folder / "b"});
+    const fs::path report = place.pictures / "report.json";
+    write(report, "{}");
+    check_refused(report, {"compare", place.pictures, place.sequence});
+}
+
+TEST_CASE("what lies in the working folder is no Python module") {
+    const Workplace place;
+    for (const char* module : {"numpy", "json"})
+        write(place.folder / (module + std::string(".py")), "open('ran', 'w')");
+    for (const char* metric : {"--flip", "--vmaf"}) {
+        Program shell("/bin/sh", {"-c", "cd '" + (place.folder / "").string() +
+                                            "' && exec '" CLARUS_TOOL "' compare pictures "
+                                            "sequence " +
+                                            metric});
+        shell.result();  // whether this machine has what the metric needs or not
+        CHECK_FALSE(fs::exists(place.folder / "ran"));
+    }
+}
+
+TEST_CASE("numbers that are none are refused") {
+    const Workplace place;
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"bench", "--seconds", "nan"},
+          {"quantize", place.model, place.sequence, "-o", place.folder / "q.safetensors", "--percentile", "nan"},
+          {"upscale", place.sequence, "--model", "bicubic", "-o", place.folder / "out", "--save-every", "nan"}}) {
+        const Outcome outcome = run_clarus(words);
+        CHECK(outcome.code == 2);
+        CHECK_MESSAGE(contains(outcome.errors, "not a finite number"), outcome.errors);
+    }
 }
