@@ -1,8 +1,8 @@
 #include "api/c/descriptions.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
+#include <cstring>
 
 #include "api/c/guard.h"
 #include "api/c/structs.h"
@@ -10,8 +10,16 @@
 namespace clarus::c {
 namespace {
 
-// A program may give any number. Read as an enumeration of C's, one that none of its values has would be undefined.
-ImageFormat format(const clarus_format& from) { return {std::bit_cast<ElementType>(from.type), from.channels}; }
+/// What a program gives as an enumeration of C's may be any number. Read as that enumeration it would be undefined.
+template <typename To, typename From>
+To read_as(const From& from) {
+    static_assert(sizeof(To) == sizeof(From));
+    To to;
+    std::memcpy(&to, &from, sizeof to);
+    return to;
+}
+
+ImageFormat format(const clarus_format& from) { return {read_as<ElementType>(from.type), from.channels}; }
 clarus_format format(ImageFormat from) { return {static_cast<clarus_element_type>(from.type), from.channels}; }
 
 Image image(const clarus_image& from) {
@@ -29,8 +37,8 @@ Image image(const clarus_image& from) {
 UpscalerOptions options_from(const clarus_options* given_options) {
     const clarus_options from = known(given_options, clarus_default_options(), "options");
     UpscalerOptions options;
-    options.precision = std::bit_cast<Precision>(from.precision);
-    options.tuning = std::bit_cast<Tuning>(from.tuning);
+    options.precision = read_as<Precision>(from.precision);
+    options.tuning = read_as<Tuning>(from.tuning);
     options.color_space = from.linear_color ? ColorSpace::linear : ColorSpace::srgb;
     options.depth = {from.depth_projective != 0, from.depth_reversed != 0};
     options.motion = {
