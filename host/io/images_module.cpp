@@ -111,11 +111,14 @@ std::vector<T> values_of(const OIIO::ImageSpec& spec, const char* name, OIIO::Ty
     return {first, first + static_cast<size_t>(value->datasize()) / sizeof(T)};
 }
 
-ColorTags tags_of(const OIIO::ImageSpec& spec) {
-    const bool is_power = std::string(spec.get_string_attribute("oiio:ColorSpace")).starts_with("Gamma");
+ColorTags tags_of(const OIIO::ImageInput& input) {
+    const OIIO::ImageSpec& spec = input.spec();
+    const std::string space = spec.get_string_attribute("oiio:ColorSpace");
+    // Other files are linear without saying so.
+    const float linear = space == "Linear" && std::string_view(input.format_name()) == "png" ? 1 : 0;
     return {values_of<unsigned char>(spec, "ICCProfile", OIIO::TypeDesc::UINT8),
             values_of<float>(spec, "chromaticities", OIIO::TypeDesc::FLOAT),
-            is_power ? spec.get_float_attribute("oiio:Gamma") : 0};
+            space.starts_with("Gamma") ? spec.get_float_attribute("oiio:Gamma") : linear};
 }
 
 void put(const ColorTags& tags, OIIO::ImageSpec& spec, std::string_view format) {
@@ -214,11 +217,11 @@ ImageHeader OpenImageIo::read_header(const std::filesystem::path& path, int most
     const OIIO::ImageSpec& spec = input->spec();
     const auto [x, y, width, height] = shown_window(*input);
     if (!chosen)
-        return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format), tags_of(spec)};
+        return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format), tags_of(*input)};
     return {{width, height},
             static_cast<int>(chosen->size()),
             sample_type(spec.channelformat(chosen->front().place)),
-            tags_of(spec)};
+            tags_of(*input)};
 }
 
 Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, const ChannelNames& named) const {

@@ -104,9 +104,11 @@ TEST_CASE("what colours mean is kept") {
     io::ColorTags profile;
     profile.icc = icc_profile();
     CHECK(tags_of_result("wide.png", profile, "wide_x2.png") == profile);
-    io::ColorTags gamma;
-    gamma.gamma = 1.8f;
-    CHECK(tags_of_result("gamma.png", gamma, "gamma_x2.png").gamma == doctest::Approx(1.8));
+    for (const float power : {1.8f, 1.0f}) {
+        io::ColorTags gamma;
+        gamma.gamma = power;
+        CHECK(tags_of_result("gamma.png", gamma, "gamma_x2.png").gamma == doctest::Approx(power));
+    }
     io::ColorTags primaries;
     primaries.chromaticities = {0.708f, 0.292f, 0.17f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.329f};
     CHECK(tags_of_result("wide.exr", primaries, "wide_x2.exr") == primaries);
