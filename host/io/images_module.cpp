@@ -133,6 +133,33 @@ void put(const ColorTags& tags, OIIO::ImageSpec& spec, std::string_view format) 
     }
 }
 
+/// How a picture is stored against how it is shown, as Exif has it: 1, as it is shown, to 8.
+int orientation_of(const OIIO::ImageSpec& spec) {
+    const int orientation = spec.get_int_attribute("Orientation", 1);
+    return orientation >= 1 && orientation <= 8 ? orientation : 1;
+}
+
+/// Of those from 5 on rows are shown as columns.
+Size shown_size(Size stored, int orientation) { return orientation < 5 ? stored : Size{stored.height, stored.width}; }
+
+/// As it is shown.
+Pixels turned(Pixels stored, int orientation) {
+    if (orientation == 1) return stored;
+    const bool is_turned = orientation >= 5;
+    const bool from_right = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+    const bool from_below = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+    Pixels shown{shown_size(stored.size, orientation), stored.channels, {}};
+    shown.values.reserve(stored.values.size());
+    for (int y = 0; y < shown.size.height; ++y)
+        for (int x = 0; x < shown.size.width; ++x) {
+            const int along = is_turned ? y : x, across = is_turned ? x : y;
+            const int from_x = from_right ? stored.size.width - 1 - along : along;
+            const int from_y = from_below ? stored.size.height - 1 - across : across;
+            for (int c = 0; c < stored.channels; ++c) shown.values.push_back(stored.at(from_x, from_y, c));
+        }
+    return shown;
+}
+
 /// The pixels as an ImageBuf; they must outlive it.
 OIIO::ImageBuf wrap(const Pixels& pixels) {
     return {OIIO::ImageSpec(pixels.size.width, pixels.size.height, pixels.channels, OIIO::TypeDesc::FLOAT),
@@ -216,11 +243,9 @@ ImageHeader OpenImageIo::read_header(const std::filesystem::path& path, int most
     const auto chosen = choose(*input, most_channels, named, path);
     const OIIO::ImageSpec& spec = input->spec();
     const auto [x, y, width, height] = shown_window(*input);
-    if (!chosen)
-        return {{width, height}, std::min(spec.nchannels, most_channels), sample_type(spec.format), tags_of(*input)};
-    return {{width, height},
-            static_cast<int>(chosen->size()),
-            sample_type(spec.channelformat(chosen->front().place)),
+    const Size size = shown_size({width, height}, orientation_of(spec));
+    if (!chosen) return {size, std::min(spec.nchannels, most_channels), sample_type(spec.format), tags_of(*input)};
+    return {size, static_cast<int>(chosen->size()), sample_type(spec.channelformat(chosen->front().place)),
             tags_of(*input)};
 }
 
@@ -240,8 +265,8 @@ Pixels OpenImageIo::read(const std::filesystem::path& path, int most_channels, c
     }
     if (!is_read) fail(ErrorKind::file, "cannot read image {}: {}", path.string(), one_line(input->geterror()));
     if (x != spec.x || y != spec.y || Size{width, height} != pixels.size)
-        return part_of(pixels, {x - spec.x, y - spec.y, width, height});
-    return pixels;
+        pixels = part_of(pixels, {x - spec.x, y - spec.y, width, height});
+    return turned(std::move(pixels), orientation_of(spec));
 }
 
 std::vector<unsigned char> OpenImageIo::encode(const std::filesystem::path& path, const Pixels& pixels, SampleType type,

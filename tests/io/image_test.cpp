@@ -279,6 +279,32 @@ TEST_CASE("what a file gives back is what as_stored says, and its header tells t
     }
 }
 
+TEST_CASE("a picture that is stored turned or mirrored is read as it is shown") {
+    const TemporaryFolder folder;
+    const std::string path = folder / "turned.tif";
+    const Size size{3, 2};
+    std::vector<unsigned char> stored(3 * 6);
+    for (size_t i = 0; i < stored.size(); ++i) stored[i] = static_cast<unsigned char>(i / 3);
+    // By row 0 and column 0 as Exif names them; pixels are numbered as they are stored, 0 1 2 above 3 4 5.
+    const std::pair<int, std::vector<int>> shown[] = {
+        {1, {0, 1, 2, 3, 4, 5}}, {2, {2, 1, 0, 5, 4, 3}}, {3, {5, 4, 3, 2, 1, 0}}, {4, {3, 4, 5, 0, 1, 2}},
+        {5, {0, 3, 1, 4, 2, 5}}, {6, {3, 0, 4, 1, 5, 2}}, {7, {5, 2, 4, 1, 3, 0}}, {8, {2, 5, 1, 4, 0, 3}}};
+    for (const auto& [orientation, order] : shown) {
+        CAPTURE(orientation);
+        OIIO::ImageSpec spec(size.width, size.height, 3, OIIO::TypeDesc::UINT8);
+        spec.attribute("Orientation", orientation);
+        const auto output = OIIO::ImageOutput::create(path);
+        REQUIRE(output->open(path, spec));
+        REQUIRE(output->write_image(OIIO::TypeDesc::UINT8, stored.data()));
+        output->close();
+        const Size expected = orientation < 5 ? size : Size{size.height, size.width};
+        CHECK(read_image_header(path).size == expected);
+        const Pixels pixels = read_image(path);
+        REQUIRE(pixels.size == expected);
+        for (size_t i = 0; i < order.size(); ++i) CHECK(pixels.values[3 * i] * 255 == doctest::Approx(order[i]));
+    }
+}
+
 TEST_CASE("values that are not finite") {
     const TemporaryFolder folder;
     constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
