@@ -99,18 +99,6 @@ check::Film film_of(const Declared& declared) {
     return film;
 }
 
-const char* word(check::Verdict verdict) {
-    switch (verdict) {
-        case check::Verdict::right:
-            return "right";
-        case check::Verdict::wrong:
-            return "wrong";
-        case check::Verdict::cannot_tell:
-            break;
-    }
-    return "cannot tell";
-}
-
 constexpr const char* check_help =
     R"(What frames say of their conventions, held against what is declared of them: docs/checking.md. A Finding a field.
 
@@ -140,14 +128,14 @@ void add_check(nb::module_& module) {
         .def_ro("gain", &Finding::gain,
                 "In dB: of what fits best over what is declared; where that is the same, over all else.")
         .def_prop_ro(
-            "verdict", [](const Finding& finding) { return word(finding.verdict); },
+            "verdict", [](const Finding& finding) { return check::word(finding.verdict); },
             "\"right\" and \"wrong\" for sure, or \"cannot tell\".")
         .def_ro("agree", &Finding::agree, "Frames, or pairs of frames, that say so.")
         .def_ro("count", &Finding::count, "Of how many.")
         .def_ro("note", &Finding::note)
         .def("__repr__", [](const Finding& finding) {
             return fmt::format("<clarus.Finding {}: {}, {} fits best, {:.1f} dB: {}>", finding.field, finding.declared,
-                               finding.best, finding.gain, word(finding.verdict));
+                               finding.best, finding.gain, check::word(finding.verdict));
         });
     module.def(
         "check",

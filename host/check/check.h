@@ -36,6 +36,9 @@ Evidence measure(const Film& film, size_t pixels, const std::function<void(doubl
 
 enum class Verdict { right, cannot_tell, wrong };  // the first and the last for sure
 
+/// "right", "cannot tell" or "wrong".
+const char* word(Verdict verdict);
+
 /// A line of the table.
 struct Finding {
     std::string field;           // "motion.direction", "jitter x"

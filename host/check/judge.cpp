@@ -11,6 +11,19 @@
 #include "check/statistics.h"
 
 namespace clarus::check {
+
+const char* word(Verdict verdict) {
+    switch (verdict) {
+        case Verdict::right:
+            return "right";
+        case Verdict::wrong:
+            return "wrong";
+        case Verdict::cannot_tell:
+            break;
+    }
+    return "cannot tell";
+}
+
 namespace {
 
 // Decibels that an answer must be better by on average, to be sure of it.

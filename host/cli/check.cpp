@@ -33,18 +33,6 @@ struct CheckOptions {
     std::filesystem::path report;
 };
 
-const char* word(check::Verdict verdict) {
-    switch (verdict) {
-        case check::Verdict::right:
-            return "right";
-        case check::Verdict::wrong:
-            return "WRONG";
-        case check::Verdict::cannot_tell:
-            break;
-    }
-    return "cannot tell";
-}
-
 /// How many columns a terminal gives it: bytes that continue a character of UTF-8 take none.
 size_t width_of(const std::string& text) {
     return static_cast<size_t>(std::ranges::count_if(text, [](char byte) { return (byte & 0xC0) != 0x80; }));
@@ -66,8 +54,8 @@ void print_text(const check::Judgement& judgement, const io::Sequence& sequence)
     std::vector<std::vector<std::string>> rows{{"field", "declared", "fits best", "dB", "", "frames", ""}};
     for (const check::Finding& one : judgement.findings)
         rows.push_back({one.field, one.declared, one.best, one.gain > 0 ? fmt::format("{:.1f}", one.gain) : "–",
-                        word(one.verdict), one.count > 0 ? fmt::format("{} of {}", one.agree, one.count) : "–",
-                        one.note});
+                        one.verdict == check::Verdict::wrong ? "WRONG" : check::word(one.verdict),
+                        one.count > 0 ? fmt::format("{} of {}", one.agree, one.count) : "–", one.note});
     if (sequence.frames.size() == 1)
         fmt::print("1 frame, {}\n\n", sequence.frames.front().name);
     else
@@ -87,7 +75,7 @@ void print_json(const check::Judgement& judgement, const io::Sequence& sequence)
                             {"declared", one.declared},
                             {"best", one.best},
                             {"gain_db", one.gain},
-                            {"verdict", one.verdict == check::Verdict::wrong ? "wrong" : word(one.verdict)},
+                            {"verdict", check::word(one.verdict)},
                             {"agree", one.agree},
                             {"count", one.count},
                             {"note", one.note}});

@@ -142,9 +142,7 @@ void ContactSheet::check(const Reference& reference) const {
     const int64_t height = column_height(*this, size, width);
     if (width * height > most)
         fail(ErrorKind::invalid_argument,
-             "--sheet: columns of {}x{} pixels are too large; take fewer crops or "
-             "--column-width",
-             width, height);
+             "--sheet: columns of {}x{} pixels are too large; take fewer crops or --column-width", width, height);
     if (height > largest_side)
         fail(ErrorKind::invalid_argument, "--sheet: {} pixels high are too many; take wider crops or --column-width",
              height);
