@@ -1,6 +1,7 @@
 #include "base/platform.h"
 
 #include <fcntl.h>
+#include <fnmatch.h>
 #include <pwd.h>
 #include <sched.h>
 #include <sys/file.h>
@@ -11,7 +12,10 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <system_error>
 #include <thread>
+
+#include "base/error.h"
 
 namespace clarus {
 
@@ -19,6 +23,17 @@ std::filesystem::path home_folder() {
     if (const char* home = std::getenv("HOME"); home && *home) return home;
     const passwd* user = getpwuid(getuid());
     return user && user->pw_dir ? user->pw_dir : "";
+}
+
+std::filesystem::path make_unique_folder(const std::filesystem::path& beginning) {
+    std::string name = beginning.string() + "XXXXXX";
+    if (!mkdtemp(name.data()))
+        fail(ErrorKind::file, "cannot make a temporary folder {}: {}", name, std::generic_category().message(errno));
+    return name;
+}
+
+bool fits_pattern(const std::string& pattern, const std::string& text) {
+    return fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
 }
 
 void take_idle_time() {

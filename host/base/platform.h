@@ -12,6 +12,12 @@ namespace clarus {
 /// The user's: HOME, or else what the system knows; empty where there is none.
 std::filesystem::path home_folder();
 
+/// A new folder of the user's alone, called so and a few letters more. Errors: file.
+std::filesystem::path make_unique_folder(const std::filesystem::path& beginning);
+
+/// Whether a pattern, of which * stands for any characters and ? for one, is that of all of a text.
+bool fits_pattern(const std::string& pattern, const std::string& text);
+
 /// From here on, the calling thread and those that it makes take what time others leave.
 void take_idle_time();
 

@@ -1,7 +1,5 @@
 #include "runtime/placement.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 
 #include "base/error.h"
 #include "base/parse.h"
+#include "base/platform.h"
 #include "cl/platforms.h"
 #include "graph/partition.h"
 #include "runtime/implementation.h"
@@ -170,7 +169,7 @@ std::vector<int> place_by_rules(const Graph& graph, std::string_view rules, std:
         const int device = device_named(trimmed(rule.substr(equals + 1)), devices);
         bool fits = false;
         for (Value value = 0; value < size_of(graph); ++value) {
-            if (!launches(graph, value) || fnmatch(pattern.c_str(), graph.nodes[value].name.c_str(), 0) != 0) continue;
+            if (!launches(graph, value) || !fits_pattern(pattern, graph.nodes[value].name)) continue;
             places[value] = device;
             fits = true;
         }
