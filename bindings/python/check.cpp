@@ -132,6 +132,8 @@ void add_check(nb::module_& module) {
             "\"right\" and \"wrong\" for sure, or \"cannot tell\".")
         .def_ro("agree", &Finding::agree, "Frames, or pairs of frames, that say so.")
         .def_ro("count", &Finding::count, "Of how many.")
+        .def_ro("against", &Finding::against,
+                "Which of them, for sure, do not, by their number: of pairs, the second's.")
         .def_ro("note", &Finding::note)
         .def("__repr__", [](const Finding& finding) {
             return fmt::format("<clarus.Finding {}: {}, {} fits best, {:.1f} dB: {}>", finding.field, finding.declared,

@@ -46,8 +46,14 @@ struct Finding {
     double gain = 0;             // dB: of what fits best over what is declared; where that is the same, over the rest
     Verdict verdict = Verdict::cannot_tell;
     size_t agree = 0, count = 0;  // frames or pairs of frames that say the same, of how many
+    /// The others' names where these are the exceptions: for sure, or in the order of frames a single one. Of pairs,
+    /// the second's.
+    std::vector<std::string> against;
     std::string note;
 };
+
+/// "5 of 7, not 0003 0004": at most four names. "–" where nothing could be compared.
+std::string frames_of(const Finding& finding);
 
 /// What the JSON would have to say.
 struct Correction {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "check/check.h"
@@ -24,6 +25,17 @@ const char* word(Verdict verdict) {
     return "cannot tell";
 }
 
+std::string frames_of(const Finding& one) {
+    constexpr size_t most = 4;
+    if (one.count == 0) return "–";
+    std::string text = fmt::format("{} of {}", one.agree, one.count);
+    if (one.against.empty() || one.agree == 0) return text;
+    const std::span named(one.against.begin(), std::min(most, one.against.size()));
+    text += fmt::format(", not {}", fmt::join(named, " "));
+    if (named.size() < one.against.size()) text += " …";
+    return text;
+}
+
 namespace {
 
 // Decibels that an answer must be better by on average, to be sure of it.
@@ -33,19 +45,8 @@ constexpr double least_of_curvature = 3;
 constexpr double least_of_motion_frames = 0.5;
 constexpr double least_of_cameras = 3;
 
-Finding finding(std::string field, std::string declared, std::string best, const Advantage& advantage, bool is_sure) {
-    const bool same = declared == best;
-    return {.field = std::move(field),
-            .declared = std::move(declared),
-            .best = std::move(best),
-            .gain = advantage.gain,
-            .verdict = !is_sure ? Verdict::cannot_tell
-                       : same   ? Verdict::right
-                                : Verdict::wrong,
-            .agree = advantage.agree,
-            .count = advantage.count,
-            .note = {}};
-}
+/// What errors are measured of: WarpErrors::pairs, or frames.
+enum class Each { pair, frame };
 
 /// Of some answers, the one that fits best, with its advantage over the declared one; where that is the same, over the
 /// best of the rest.
@@ -100,10 +101,34 @@ class Judge {
     }
 
   private:
+    std::string frame_at(Each each, size_t place) const {
+        const size_t frame = each == Each::pair ? evidence_.warps.pairs[place].frame : place;
+        return sequence_.frames[evidence_.order.empty() ? frame : evidence_.order[frame]].name;
+    }
+
+    Finding finding(std::string field, std::string declared, std::string best, const Advantage& advantage, bool is_sure,
+                    Each each = Each::pair) const {
+        const bool same = declared == best;
+        Finding one{.field = std::move(field),
+                    .declared = std::move(declared),
+                    .best = std::move(best),
+                    .gain = advantage.gain,
+                    .verdict = !is_sure ? Verdict::cannot_tell
+                               : same   ? Verdict::right
+                                        : Verdict::wrong,
+                    .agree = advantage.agree,
+                    .count = advantage.count,
+                    .against = {},
+                    .note = {}};
+        if (is_sure)
+            for (const size_t place : advantage.against) one.against.push_back(frame_at(each, place));
+        return one;
+    }
+
     void add(Finding one) { result_.findings.push_back(std::move(one)); }
 
     void judge_order() {
-        Finding one{.field = "order of frames", .declared = "as given", .best = "as given", .note = {}};
+        Finding one{.field = "order of frames", .declared = "as given", .best = "as given", .against = {}, .note = {}};
         one.count = evidence_.ordered;
         one.agree = evidence_.ordered - evidence_.misplaced.size();
         if (evidence_.misplaced.size() > 1) {
@@ -115,7 +140,9 @@ class Judge {
             result_.correction.order = evidence_.order;
             if (result_.correction.order.empty()) result_.correction.unsayable.push_back(one.field);
             one.agree = evidence_.misplaced.size();
-        } else if (evidence_.ordered >= 3 && evidence_.misplaced.empty()) {
+        } else if (!evidence_.misplaced.empty()) {
+            one.against.push_back(sequence_.frames[evidence_.misplaced.front().frame].name);
+        } else if (evidence_.ordered >= 3) {
             one.verdict = Verdict::right;
         }
         add(one);
@@ -123,7 +150,8 @@ class Judge {
 
     void judge_color() {
         const bool is_linear = sequence_.color_space == ColorSpace::linear;
-        Finding one{.field = "color_space", .declared = is_linear ? "linear" : "srgb", .best = {}, .note = {}};
+        Finding one{
+            .field = "color_space", .declared = is_linear ? "linear" : "srgb", .best = {}, .against = {}, .note = {}};
         one.best = one.declared;
         one.count = evidence_.frames;
         const ColorTraits& traits = evidence_.color;
@@ -325,7 +353,7 @@ class Judge {
             of_encoding = projective ? advantage(forms[2], forms[advantage(forms[0], forms[1]).gain > 0 ? 0 : 1])
                                      : advantage(forms[form.best], forms[2]);
         Finding one = finding("depth.encoding", encoding(declared), encoding(form.best), of_encoding,
-                              of_encoding.is_sure(least_of_curvature));
+                              of_encoding.is_sure(least_of_curvature), Each::frame);
         one.note = "by planes";
         if (one.verdict == Verdict::wrong) {
             result_.correction.depth_projective = form.best == 2;
@@ -337,8 +365,8 @@ class Judge {
         if (is_sure && form.best < 2) {
             Advantage over = form.advantage;
             if (form.best == static_cast<size_t>(reversed)) over = advantage(forms[form.best], forms[1 - form.best]);
-            Finding direction =
-                finding("depth.reversed", word(reversed), word(form.best == 1), over, over.is_sure(least_of_curvature));
+            Finding direction = finding("depth.reversed", word(reversed), word(form.best == 1), over,
+                                        over.is_sure(least_of_curvature), Each::frame);
             direction.note = "by planes";
             if (direction.verdict != Verdict::cannot_tell) return add_reversed(std::move(direction));
         }
@@ -396,7 +424,7 @@ class Judge {
         Reading best;
         best.motion_frame = frame_of_answer(choice.best);
         Finding one = finding("depth frame", "its own", value_of(Field::motion_frame, best), choice.advantage,
-                              choice.advantage.is_sure(least_of_edges));
+                              choice.advantage.is_sure(least_of_edges), Each::frame);
         one.note = "by its edges on those of colour";
         if (one.verdict == Verdict::wrong) result_.correction.depth_frame = best.motion_frame;
         add(std::move(one));

@@ -11,9 +11,10 @@ constexpr double least_of_edges = 0.3;  // dB, to be sure whose depth it is
 
 /// How much better one answer fits than another, in decibels a pair of frames.
 struct Advantage {
-    double gain = 0;              // the mean
-    double t = 0;                 // the mean over its standard error
-    size_t agree = 0, count = 0;  // of these pairs, those where it is above 0
+    double gain = 0;                // the mean
+    double t = 0;                   // the mean over its standard error
+    size_t agree = 0, count = 0;    // of these pairs, those where it is above 0
+    std::vector<size_t> against{};  // the others of `count`, by their place among the errors
 
     /// Sure: of three pairs in four, three pairs at least, and `least` dB on average; that mean five standard errors
     /// above nothing, since pairs of one film are not independent and the best of hundreds of answers is looked at.
@@ -26,17 +27,17 @@ struct Advantage {
 /// Of errors, the smaller the better: `better` over `worse`, where both are there.
 inline Advantage advantage(const std::vector<float>& better, const std::vector<float>& worse) {
     std::vector<double> gains;
+    Advantage result;
     for (size_t i = 0; i < std::min(better.size(), worse.size()); ++i) {
         const double gain = 20 * std::log10(double{worse[i]} / double{better[i]});
-        if (std::isfinite(gain)) gains.push_back(gain);
+        if (!std::isfinite(gain)) continue;
+        gains.push_back(gain);
+        if (!(gain > 0)) result.against.push_back(i);
     }
-    Advantage result;
     result.count = gains.size();
     if (gains.empty()) return result;
-    for (const double gain : gains) {
-        result.gain += gain / static_cast<double>(gains.size());
-        if (gain > 0) ++result.agree;
-    }
+    result.agree = result.count - result.against.size();
+    for (const double gain : gains) result.gain += gain / static_cast<double>(gains.size());
     double square = 0;
     for (const double gain : gains) square += (gain - result.gain) * (gain - result.gain);
     const auto count = static_cast<double>(gains.size());

@@ -54,8 +54,8 @@ void print_text(const check::Judgement& judgement, const io::Sequence& sequence)
     std::vector<std::vector<std::string>> rows{{"field", "declared", "fits best", "dB", "", "frames", ""}};
     for (const check::Finding& one : judgement.findings)
         rows.push_back({one.field, one.declared, one.best, one.gain > 0 ? fmt::format("{:.1f}", one.gain) : "–",
-                        one.verdict == check::Verdict::wrong ? "WRONG" : check::word(one.verdict),
-                        one.count > 0 ? fmt::format("{} of {}", one.agree, one.count) : "–", one.note});
+                        one.verdict == check::Verdict::wrong ? "WRONG" : check::word(one.verdict), frames_of(one),
+                        one.note});
     if (sequence.frames.size() == 1)
         fmt::print("1 frame, {}\n\n", sequence.frames.front().name);
     else
@@ -78,6 +78,7 @@ void print_json(const check::Judgement& judgement, const io::Sequence& sequence)
                             {"verdict", check::word(one.verdict)},
                             {"agree", one.agree},
                             {"count", one.count},
+                            {"against", one.against},
                             {"note", one.note}});
     const nlohmann::ordered_json json{
         {"wrong", judgement.is_wrong()}, {"frames", sequence.frames.size()}, {"findings", std::move(findings)}};

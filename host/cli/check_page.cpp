@@ -102,16 +102,12 @@ std::string check_page(const check::Film& film, const check::Evidence& evidence,
     Json data{{"title", cli::name_of(sequence)}};
     for (const char* key : {"findings", "pictures", "jitter"}) data[key] = Json::array();
     for (const check::Finding& one : judgement.findings) {
-        const char* verdict = one.verdict == check::Verdict::wrong   ? "wrong"
-                              : one.verdict == check::Verdict::right ? "right"
-                                                                     : "cannot tell";
         data["findings"].push_back({{"field", one.field},
                                     {"declared", one.declared},
                                     {"best", one.best},
                                     {"gain", one.gain},
-                                    {"verdict", verdict},
-                                    {"agree", one.agree},
-                                    {"count", one.count},
+                                    {"verdict", check::word(one.verdict)},
+                                    {"frames", check::frames_of(one)},
                                     {"note", one.note}});
     }
     const std::vector<check::Pair>& pairs = evidence.warps.pairs;

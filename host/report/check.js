@@ -27,10 +27,9 @@
   const table = document.getElementById("findings");
   const head = add(table, "tr");
   for (const name of ["field", "declared", "fits best", "dB", "", "frames", ""]) add(head, "th", name);
-  for (const {field, declared, best, gain, verdict, agree, count, note} of data.findings) {
+  for (const {field, declared, best, gain, verdict, frames, note} of data.findings) {
     const row = add(table, "tr");
-    const cells = [field, declared, best, gain > 0 ? gain.toFixed(1) : "–", verdict,
-                   count ? `${agree} of ${count}` : "–", note];
+    const cells = [field, declared, best, gain > 0 ? gain.toFixed(1) : "–", verdict, frames, note];
     cells.forEach((text, i) => add(row, "td", text, i === 4 ? {class: verdict === "wrong" ? "wrong" : ""} : {}));
   }
 

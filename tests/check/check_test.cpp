@@ -227,6 +227,37 @@ TEST_CASE("of a depth buffer encoding, direction and planes are told") {
           }) == planes);
 }
 
+TEST_CASE("frames that say otherwise are named") {
+    Film film = rendered({"--scene", "demo"});
+    for (float& value : film.motion[5].values) value = -value;
+    for (io::FrameFiles& frame : film.sequence.frames) frame.name = "frame " + frame.name;
+    const check::Judgement judgement = check::judge(check::measure(film, pixels), film.sequence);
+    const check::Finding* direction = judgement.find("motion.direction");
+    REQUIRE(direction != nullptr);
+    CHECK(direction->best == "to_previous");
+    // One frame that fits another better than the one before it is left out of what else is looked at.
+    CHECK(check::frames_of(*direction) == "6 of 6");
+    const check::Finding* order = judgement.find("order of frames");
+    REQUIRE(order != nullptr);
+    CHECK(order->verdict == Verdict::cannot_tell);
+    CHECK(order->against == std::vector<std::string>{"frame 0005"});
+    CHECK(check::frames_of(*order) == "6 of 7, not frame 0005");
+
+    film.motion[5] = film.motion[4];
+    for (float& value : film.depth[3].values) value = 1 - value;
+    const check::Judgement of_depth = check::judge(check::measure(film, pixels), film.sequence);
+    const check::Finding* reversed = of_depth.find("depth.reversed");
+    REQUIRE(reversed != nullptr);
+    CHECK(reversed->against == std::vector<std::string>{"frame 0003"});
+
+    check::Finding many;
+    CHECK(check::frames_of(many) == "–");
+    many.agree = 2;
+    many.count = 7;
+    many.against = {"1", "2", "3", "4", "6"};
+    CHECK(check::frames_of(many) == "2 of 7, not 1 2 3 4 …");
+}
+
 TEST_CASE("sequences that say little are not accused") {
     static const Film right = rendered({"--scene", "demo", "--path", "2"});
 
