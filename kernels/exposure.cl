@@ -10,7 +10,6 @@ inline float within_reach(float exposure) { return clamp(exposure, 1e-20f, 1e20f
 // docs/integrating.md, "Exposure".
 #define DARKEST 1e-4f
 #define SATURATION 9.6f  // of mean luminance: what becomes white
-#define FOLLOWING 0.1f   // of a frame, in powers
 
 #define COLOR_AT(row, x, c) JOIN(PIXEL_, RAW_COLOR)((row), (x), (c), RAW_COLOR_COMPONENTS)
 
@@ -41,7 +40,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void make_exposure(S
     }
     if (item > 0) return;
     float own = within_reach(1 / (SATURATION * exp2(sums[0] / (columns * rows))));
-    if (!frame.reset) own = computed[1] * pow(own / computed[1], FOLLOWING);
+    if (!frame.reset) own = computed[1] * pow(own / computed[1], frame.exposure_share);
     computed[0] = within_reach(own * frame.exposure);
     computed[1] = own;
 }

@@ -148,6 +148,8 @@ void check_frame(const FrameDescription& frame, const StreamOptions& options, co
     if (!(frame.exposure >= std::numeric_limits<float>::min()) || !std::isfinite(frame.exposure))
         fail(ErrorKind::invalid_argument, "frame.exposure: {}; must be greater than 0 and a normal number",
              frame.exposure);
+    if (!(frame.frame_seconds >= 0) || !std::isfinite(frame.frame_seconds))
+        fail(ErrorKind::invalid_argument, "frame.frame_seconds: {}; must be 0 or more", frame.frame_seconds);
     if (frame.motion_scale) check_motion_scale("frame.motion_scale", *frame.motion_scale);
     if (needs.depth && options.depth.projective && !(frame.near_plane > 0 && frame.far_plane > frame.near_plane))
         fail(ErrorKind::invalid_argument, "frame.near_plane {}, far_plane {}: must be 0 < near < far", frame.near_plane,

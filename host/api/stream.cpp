@@ -22,6 +22,9 @@ constexpr std::string_view kMeasuredPlacement = "auto";
 // rather than a network in real time.
 constexpr double kMostOperations = 1e14;
 
+// Of the way that automatic exposure has to go, after a sixtieth of a second.
+constexpr double kExposureKept = 0.9;
+
 // Of a step between convolutions, of which each channel is compiled: 1024 times tanh take PoCL 3.1 16 s.
 constexpr int kMostChannels = 1024;
 
@@ -283,6 +286,7 @@ runtime::FrameConstants Stream::constants(const FrameDescription& frame, bool wi
     constants.previous_sample_x = sample_position(previous_jitter_.x, scale);
     constants.previous_sample_y = sample_position(previous_jitter_.y, scale);
     constants.reset = without_history;
+    constants.exposure_share = static_cast<float>(1 - std::pow(kExposureKept, 60 * frame.frame_seconds));
     return constants;
 }
 

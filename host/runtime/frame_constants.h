@@ -15,6 +15,7 @@ struct FrameConstants {
     int sample_x = 0, sample_y = 0;                    // q, the sample position in an HR tile
     int previous_sample_x = 0, previous_sample_y = 0;  // the frame before's
     int reset = 0;
+    float exposure_share = 0;  // of the way to a frame's own that automatic exposure goes
 };
 
 }  // namespace clarus::runtime

@@ -270,12 +270,13 @@ TEST_CASE("an automatic exposure changes by a tenth from frame to frame, at once
     options.color_space = ColorSpace::linear;
     std::vector<float> output(dark.size());
     const auto made = [&] { return Upscaler(test_device(), Model::filter("bilinear", 1), size, options); };
-    const auto exposure = [&](Upscaler& upscaler, const std::vector<float>& color, bool reset) {
+    const auto exposure = [&](Upscaler& upscaler, const std::vector<float>& color, bool reset, float sixtieths = 1) {
         FrameDescription frame;
         frame.color = {.host = const_cast<float*>(color.data()), .size = size};
         frame.output = {.host = output.data(), .size = size};
         frame.reset = reset;
         frame.exposure = kBright;
+        frame.frame_seconds = sixtieths / 60;
         upscaler.submit(frame).wait();
         return exposure_of(output);
     };
@@ -288,6 +289,11 @@ TEST_CASE("an automatic exposure changes by a tenth from frame to frame, at once
     Upscaler other = made();
     other.restore_history(history);
     CHECK(exposure(other, bright, false) == doctest::Approx(expected(2)).epsilon(1e-3));
+    // Four frames' way in one that took as long.
+    CHECK(exposure(other, bright, false, 4) == doctest::Approx(expected(6)).epsilon(1e-3));
+    CHECK(exposure(other, dark, false, 0) == doctest::Approx(expected(6)).epsilon(1e-3));
+    for (const float none : {-1.0f, std::numeric_limits<float>::quiet_NaN()})
+        CHECK(contains(message([&] { exposure(other, bright, false, none); }), "frame.frame_seconds"));
 }
 
 TEST_CASE("a model's frames are exposed by an image or by themselves as by a number" * doctest::test_suite("golden")) {

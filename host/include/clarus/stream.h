@@ -67,7 +67,7 @@ struct StreamOptions {
     /// Of FrameDescription::ui, 4 channels, any type; where set, frames may bring it. Over display-encoded output
     /// alone: over linear output it comes after the display's tone curve.
     std::optional<ImageFormat> ui_format;
-    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha 1; u8, f16 or f32
+    ImageFormat output_format{ElementType::f32, 3};  // 3 channels, or 4 with alpha, 1 unless told; u8, f16 or f32
     bool profile = false;                            // time every stage with device events
     /// Which device makes what, where Device::open was given several: "auto", which measures in `prepare` and takes
     /// what makes most frames a second; or rules between commas, "PATTERN=DEVICE", of which the last that fits a
@@ -85,8 +85,10 @@ struct StreamOptions {
 
 /// What a frame's images were rendered with.
 struct FrameParameters {
-    Vec2 jitter;           // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
-    float exposure = 1;    // linear input only; > 0; with an exposure_image or automatic exposure, a factor of theirs
+    Vec2 jitter;         // render pixels, |x|, |y| ≤ 1: the sample of pixel (i, j) is at (i + ½ + x, j + ½ + y)
+    float exposure = 1;  // linear input only; > 0; with an exposure_image or automatic exposure, a factor of theirs
+    /// Seconds since the frame before, ≥ 0: what adapts over time, as automatic exposure does, does so by it.
+    float frame_seconds = 1.0f / 60;
     float near_plane = 0;  // view distances, for projective depth only: 0 < near < far; far may be infinity
     float far_plane = 0;
     bool reset = false;  // a cut: history is dropped before the frame. The first frame always resets
