@@ -65,8 +65,8 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void fit(Sizes given
 }
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, of each row all
-// source columns along y first, four at a time. The windows along x serve all rows. Wants three channels, and source
-// pixels of four elements.
+// source columns along y first, four at a time. The windows along x serve all rows. Wants one channel or three, and
+// source pixels of four elements.
 #ifdef PIXELS
 #define SPAN \
     (ENLARGES_X ? PIXELS + 4 : (MOST_TAPS - 1) * PIXELS + 1)  // the most source pixels under a row and its taps
@@ -120,7 +120,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void fit_strip(Sizes
                 sum = MAD((float4)columns[i].weights[tap], v, sum);
                 if (HOLDS(ENLARGES_X, tap)) least = LESSER(v, least), greatest = GREATER(v, greatest);
             }
-            STORE3(HELD(sum, least, greatest).xyz, out, AT(OUT, x0 + i, y0 + row, 0));
+            STORE_ONE_OR_THREE(OUT, HELD(sum, least, greatest), out, x0 + i, y0 + row);
         }
     }
 }

@@ -71,8 +71,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(Sizes 
 }
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, each row filtered
-// along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants three channels,
-// and source pixels of four elements; SPAN source pixels, up to MOST_SPAN, are under a row of the strip and its taps.
+// along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants one channel or
+// three, and source pixels of four elements; SPAN source pixels, up to MOST_SPAN, are under a row of the strip and its
+// taps.
 #ifdef PIXELS
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(Sizes given, global const storage* in,
@@ -119,7 +120,7 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(
             float4 sum = along_x[i][0] * source[place[i]];
 #pragma unroll
             for (int tap = 1; tap < TAPS; ++tap) sum = MAD(along_x[i][tap], source[place[i] + tap], sum);
-            STORE3(clamp(sum, 0.0f, 1.0f).xyz, out, AT(OUT, x0 + i, y0 + row, 0));
+            STORE_ONE_OR_THREE(OUT, clamp(sum, 0.0f, 1.0f), out, x0 + i, y0 + row);
         }
     }
 }

@@ -16,7 +16,7 @@ runtime::Problem problem_of(graph::Shape in, Size size, Storage storage, int blo
     const graph::Shape out{in.channels, size.height, size.width};
     runtime::Problem problem;
     problem.node = {graph::Fit{}, {}, out, "fit"};
-    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels == 3 ? 4 : in.channels + 4, 0)
+    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels <= 3 ? 4 : in.channels + 4, 0)
                                  : part_layout(in, storage, block, 3 * block * block + 8, 4)};
     problem.output = block == 1 ? pixel_layout(out, storage) : part_layout(out, storage, 1, 7, 2);
     return problem;
@@ -52,6 +52,7 @@ TEST_CASE("images of any size fit any other up to four times as large or small")
         check_fit(random_image({3, 27, 171}), {57, 9}, storage);     // whole blocks
         check_fit(random_image({3, 29, 271}), {68, 8}, storage);     // nearly the least
         check_fit(random_image({1, 5, 33}), {47, 9}, storage);
+        check_fit(random_image({1, 29, 271}), {68, 41}, storage);
         check_fit(random_image({5, 9, 33}), {21, 4}, storage);
         check_fit(random_image({3, 18, 34}), {51, 7}, storage, 2);
         check_fit(random_image({3, 2, 5001}), {6999, 3}, storage);  // far from the origin as accurate as near it

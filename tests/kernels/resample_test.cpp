@@ -64,7 +64,7 @@ void check_resampling(graph::Shape in, graph::Resample resample, Storage storage
     runtime::Problem problem;
     problem.node = {resample, {}, expected.shape, "resample"};
     // As images come from ingest, or as a part of something.
-    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels == 3 ? 4 : in.channels + 4, 0)
+    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels <= 3 ? 4 : in.channels + 4, 0)
                                  : part_layout(in, storage, 1, 7, 2)};
     problem.output = block == 1 ? pixel_layout(expected.shape, storage)
                                 : part_layout(expected.shape, storage, block, 3 * block * block + 8, 4);
@@ -81,6 +81,7 @@ TEST_CASE("filters at any scale") {
             check_resampling({3, 13, 170}, {filter, 1.5}, Storage::f16);
             check_resampling({1, 2, 3500}, {filter, 1.7}, Storage::f32);  // far from the origin as accurate as near it
             check_resampling({3, 2, 3500}, {filter, 1.7}, Storage::f32);
+            check_resampling({1, 13, 170}, {filter, 1.5}, Storage::f16);
             check_resampling({3, 11, 90}, {filter, 1}, Storage::f32);
             check_resampling({3, 7, 40}, {filter, 10.0 / 3}, Storage::f32);
             check_resampling({3, 9, 40}, {filter, 6}, Storage::f32);

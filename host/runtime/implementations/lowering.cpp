@@ -107,7 +107,8 @@ int prefer_not_on_gpus(const Problem&, const DeviceProfile& profile) {
 }
 
 int prefer_strips_of_quads(const Problem& problem, const DeviceProfile& profile) {
-    const bool fits = problem.inputs[0].channels == 3 && has_quads(problem.inputs[0]) && problem.output.block == 1;
+    const int channels = problem.inputs[0].channels;
+    const bool fits = (channels == 1 || channels == 3) && has_quads(problem.inputs[0]) && problem.output.block == 1;
     return fits ? prefer_not_on_gpus(problem, profile) : 0;
 }
 
