@@ -2,8 +2,8 @@
 // pass over the frame.
 //
 // Options: WIDTH, HEIGHT (of the largest); the layouts COLOR_*, DEPTH_*, MOTION_*, JITTER_X_*, JITTER_Y_*, SCALE_*,
-// REACTIVE_*, TRANSPARENCY_*, OPAQUE_*, UI_* of what the pipeline uses, each but motion with a …_STORAGE (half or
-// float), all with …_SMALLER (whether another is larger); for each resource T of them the caller's format, RAW_T
+// REACTIVE_*, TRANSPARENCY_*, OPAQUE_*, UI_*, ALPHA_* of what the pipeline uses, each but motion with a …_STORAGE (half
+// or float), all with …_SMALLER (whether another is larger); for each resource T of them the caller's format, RAW_T
 // (ElementType's name) and RAW_T_COMPONENTS;
 // LINEAR_COLOR, EXPOSURE_COMPUTED (exposure.cl has written it), PROJECTIVE_DEPTH, REVERSED_DEPTH. A resource's place is
 // (bytes to its first pixel, bytes from row to row).
@@ -125,6 +125,13 @@ inline float canonical_depth(float raw, Frame frame) {
 #define UI_PARAMETERS
 #define UI_PASSED
 #endif
+#ifdef ALPHA_WIDTH
+#define ALPHA_PARAMETERS global const uchar *raw_alpha, uint2 alpha_place, global ALPHA_STORAGE *alpha,
+#define ALPHA_PASSED raw_alpha, alpha_place, alpha,
+#else
+#define ALPHA_PARAMETERS
+#define ALPHA_PASSED
+#endif
 #ifdef EXPOSURE_COMPUTED
 #define EXPOSURE_PARAMETERS global const float *computed_exposure,
 #define EXPOSURE_PASSED computed_exposure,
@@ -136,10 +143,11 @@ inline float canonical_depth(float raw, Frame frame) {
 #endif
 #define FRAME_PARAMETERS                                                                                         \
     COLOR_PARAMETERS DEPTH_PARAMETERS MOTION_PARAMETERS JITTER_X_PARAMETERS JITTER_Y_PARAMETERS SCALE_PARAMETERS \
-        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS OPAQUE_PARAMETERS UI_PARAMETERS EXPOSURE_PARAMETERS Frame frame
+        REACTIVE_PARAMETERS TRANSPARENCY_PARAMETERS OPAQUE_PARAMETERS UI_PARAMETERS ALPHA_PARAMETERS             \
+            EXPOSURE_PARAMETERS Frame frame
 #define FRAME_PASSED                                                                                     \
     COLOR_PASSED DEPTH_PASSED MOTION_PASSED JITTER_X_PASSED JITTER_Y_PASSED SCALE_PASSED REACTIVE_PASSED \
-        TRANSPARENCY_PASSED OPAQUE_PASSED UI_PASSED EXPOSURE_PASSED frame
+        TRANSPARENCY_PASSED OPAQUE_PASSED UI_PASSED ALPHA_PASSED EXPOSURE_PASSED frame
 
 // Whether pixel (x, y) of the largest image is one of T's.
 #define BELONGS(T, x, y) (!T##_SMALLER || INSIDE(T, x, y))
@@ -180,6 +188,9 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #ifdef UI_WIDTH
     global const uchar* ui_row = raw_ui + ui_place.x + (size_t)y * ui_place.y;
 #endif
+#ifdef ALPHA_WIDTH
+    global const uchar* alpha_row = raw_alpha + alpha_place.x + (size_t)y * alpha_place.y;
+#endif
 #ifdef DEPTH_WIDTH
     global const uchar* depth_row = raw_depth + depth_place.x + (size_t)y * depth_place.y;
 #endif
@@ -209,6 +220,9 @@ INLINE void ingest_pixels(const Sizes* sizes, int x0, int y, int pixels, FRAME_P
 #ifdef UI_WIDTH
             if (BELONGS(UI, x, y))
                 for (int c = 0; c < 4; ++c) WRITE(UI, within_unit(READ(UI, ui_row, c)), ui, c);
+#endif
+#ifdef ALPHA_WIDTH
+            if (BELONGS(ALPHA, x, y)) WRITE(ALPHA, within_unit(READ(ALPHA, alpha_row, 3)), alpha, 0);
 #endif
 #ifdef DEPTH_WIDTH
             if (BELONGS(DEPTH, x, y)) WRITE(DEPTH, canonical_depth(READ(DEPTH, depth_row, 0), frame), depth, 0);

@@ -1,5 +1,7 @@
 #include "pipelines/pipeline.h"
 
+#include <algorithm>
+
 namespace clarus::pipelines {
 namespace {
 
@@ -16,10 +18,16 @@ std::span<const Pipeline> pipelines() {
         {"mnss", 2, 3, at_whole_scale<build_mnss>},
         {"nsrr", 2, 6, at_whole_scale<build_nsrr>, false, {}, nsrr_options()},
         {"nss", 1, 3, build_nss, true, "autoencoder.temporal_params_out_conv.conv2d.weight"},
-        {"srpo", 1, 32, at_whole_scale<build_srpo>},  // it ends where its last layer has 2048 channels, 2s²
-        {"stack", 1, 8, at_whole_scale<build_stack>},
+        {"srpo", 1, 32, at_whole_scale<build_srpo>, false, {}, {}, false},  // it ends where its last layer has 2048
+                                                                            // channels, 2s²
+        {"stack", 1, 8, at_whole_scale<build_stack>, false, {}, {}, false},
     };
     return all;
+}
+
+bool takes_jitter_out(std::string_view name) {
+    return std::ranges::none_of(
+        pipelines(), [&](const Pipeline& pipeline) { return pipeline.name == name && !pipeline.takes_jitter_out; });
 }
 
 std::span<const FilterPipeline> filters() {

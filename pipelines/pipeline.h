@@ -25,9 +25,13 @@ struct Pipeline {
     /// A tensor by which a file that others published without metadata is known; empty where there is none.
     std::string_view mark = {};
     std::vector<PipelineOption> options = {};
+    /// Whether results are those of frames without jitter.
+    bool takes_jitter_out = true;
 };
 
 std::span<const Pipeline> pipelines();
+/// Pipeline::takes_jitter_out of the one of this name; true of filters.
+bool takes_jitter_out(std::string_view name);
 
 /// Errors: file, of metadata whose key is nearly that of one that the file lacks.
 void refuse_misspelt_metadata(const io::Safetensors& model);

@@ -107,10 +107,11 @@ Input optional_input(const char* argument, nb::handle object, const std::optiona
 }
 
 nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handle motion,
-                   std::pair<float, float> jitter, bool reset, float exposure, float near_plane, float far_plane,
-                   std::optional<Pair> render_size, std::optional<std::pair<float, float>> motion_scale,
-                   nb::handle reactive_mask, nb::handle transparency_mask, nb::handle opaque_color, nb::handle ui,
-                   nb::handle exposure_image, nb::object out) {
+                   std::pair<float, float> jitter, bool reset, float exposure, float frame_seconds, float near_plane,
+                   float far_plane, std::optional<Pair> render_size,
+                   std::optional<std::pair<float, float>> motion_scale, nb::handle reactive_mask,
+                   nb::handle transparency_mask, nb::handle opaque_color, nb::handle ui, nb::handle exposure_image,
+                   nb::object out) {
     const UpscalerOptions& options = stream.options();
     const Size size = render_size ? size_of(*render_size) : stream.render_size();
     const Size output_size = stream.with([&](Upscaler& upscaler) { return upscaler.output_size(size); });
@@ -140,6 +141,7 @@ nb::object upscale(Stream& stream, nb::handle color, nb::handle depth, nb::handl
     frame.jitter = vector_of(jitter);
     frame.reset = reset;
     frame.exposure = exposure;
+    frame.frame_seconds = frame_seconds;
     frame.near_plane = near_plane;
     frame.far_plane = far_plane;
     if (motion_scale) frame.motion_scale = vector_of(*motion_scale);
@@ -166,7 +168,8 @@ constexpr const char* upscale_help =
 
 Arrays are what has __dlpack__ or the buffer protocol, in host memory: `color` (height, width, channels), `depth`
 (height, width), `motion` (height, width, 2). They are not copied, unless pixels are not beside each other. `jitter` is
-in render pixels; `motion` is of another size where the Upscaler was given one; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour.
+in render pixels; `motion` is of another size where the Upscaler was given one; `reset` drops history, as at a cut; the planes are for projective depth, `exposure` for linear colour;
+`frame_seconds` is the time since the frame before, by which automatic exposure adapts.
 `render_size` and `motion_scale` are this frame's, where they are others (dynamic_resolution). `reactive_mask` and
 `transparency_mask` (height, width) are 1 where history is not to be trusted, 0 elsewhere; or `opaque_color`, the frame
 without what is transparent, of which a mask is made. `ui` (premultiplied, of four channels, at output size) is drawn on
@@ -177,7 +180,8 @@ and, of the first frame as prepare() does, BuildError, OutOfMemoryError, DeviceE
 
 constexpr const char* upscale_signature =
     "def upscale(self, color: object, depth: object | None = None, motion: object | None = None, *, "
-    "jitter: tuple[float, float] = (0.0, 0.0), reset: bool = False, exposure: float = 1.0, near_plane: float = 0.0, "
+    "jitter: tuple[float, float] = (0.0, 0.0), reset: bool = False, exposure: float = 1.0, frame_seconds: float = 1 / "
+    "60, near_plane: float = 0.0, "
     "far_plane: float = 0.0, render_size: tuple[int, int] | None = None, "
     "motion_scale: tuple[float, float] | None = None, reactive_mask: object | None = None, "
     "transparency_mask: object | None = None, opaque_color: object | None = None, ui: object | None = None, "
@@ -201,7 +205,7 @@ void add_upscaler(nb::module_& module) {
                const Format& output_format, std::optional<Pair> motion_size, bool automatic_exposure,
                std::optional<Pair> output_size, const std::string& antialias_input, const std::string& antialias,
                float sharpen, const std::map<std::string, double>& pipeline_options, bool dynamic_resolution,
-               const std::string& placement, bool fallback, int band_rows, bool diagnose,
+               const std::string& placement, bool fallback, int band_rows, bool diagnose, bool alpha,
                const std::vector<std::string>& views) {
                 UpscalerOptions options;
                 options.precision = value_of<Precision>(
@@ -239,6 +243,7 @@ void add_upscaler(nb::module_& module) {
                 options.fallback = fallback;
                 options.band_rows = band_rows;
                 options.diagnose = diagnose;
+                options.alpha = alpha;
                 options.views = views;
                 const auto* selector = std::get_if<std::string>(&device);
                 new (self) Stream(selector ? Device::open(*selector) : std::get<Device>(device), model_of(model, scale),
@@ -255,13 +260,14 @@ void add_upscaler(nb::module_& module) {
             "output_size"_a = nb::none(), "antialias_input"_a = "none", "antialias"_a = "none",
             "sharpen"_a = usual.sharpen, "pipeline_options"_a = std::map<std::string, double>(),
             "dynamic_resolution"_a = false, "placement"_a = usual.placement, "fallback"_a = false, "band_rows"_a = 0,
-            "diagnose"_a = false, "views"_a = std::vector<std::string>(), nb::call_guard<nb::gil_scoped_release>())
+            "diagnose"_a = false, "alpha"_a = false, "views"_a = std::vector<std::string>(),
+            nb::call_guard<nb::gil_scoped_release>())
         .def("upscale", &upscale, nb::sig(upscale_signature), "color"_a.none(), "depth"_a = nb::none(),
              "motion"_a = nb::none(), nb::kw_only(), "jitter"_a = std::pair(0.0f, 0.0f), "reset"_a = false,
-             "exposure"_a = 1.0f, "near_plane"_a = 0.0f, "far_plane"_a = 0.0f, "render_size"_a = nb::none(),
-             "motion_scale"_a = nb::none(), "reactive_mask"_a = nb::none(), "transparency_mask"_a = nb::none(),
-             "opaque_color"_a = nb::none(), "ui"_a = nb::none(), "exposure_image"_a = nb::none(), "out"_a = nb::none(),
-             upscale_help)
+             "exposure"_a = 1.0f, "frame_seconds"_a = 1.0f / 60, "near_plane"_a = 0.0f, "far_plane"_a = 0.0f,
+             "render_size"_a = nb::none(), "motion_scale"_a = nb::none(), "reactive_mask"_a = nb::none(),
+             "transparency_mask"_a = nb::none(), "opaque_color"_a = nb::none(), "ui"_a = nb::none(),
+             "exposure_image"_a = nb::none(), "out"_a = nb::none(), upscale_help)
         .def(
             "prepare", [](Stream& stream) { stream.with([](Upscaler& upscaler) { upscaler.prepare(); }); },
             "Compiles, tunes where `tuning` says so, and allocates: what the first frame would do. Raises BuildError, "

@@ -17,6 +17,7 @@
 #include "base/log.h"
 #include "cl/error.h"
 #include "cl/event.h"
+#include "pipelines/pipeline.h"
 #include "runtime/program.h"
 
 namespace clarus {
@@ -38,6 +39,12 @@ std::vector<Size> sizes_around(const Model& model, const std::optional<Size>& ou
 runtime::PlanOptions plan_options(const UpscalerOptions& options) {
     if (!(options.sharpen >= 0 && options.sharpen <= 1))
         fail(ErrorKind::invalid_argument, "options.sharpen: {}; must be from 0 to 1", options.sharpen);
+    if (options.alpha && options.color_format.channels < 4)
+        fail(ErrorKind::invalid_argument, "options.alpha: color_format has {} channels; alpha is the fourth",
+             options.color_format.channels);
+    if (options.alpha && options.output_format.channels != 4)
+        fail(ErrorKind::invalid_argument, "options.alpha: output_format has {} channels; with alpha it has 4",
+             options.output_format.channels);
     return {options, options.band_rows, options.views};
 }
 
@@ -102,9 +109,10 @@ struct Upscaler::State {
         const auto [scale, own] = model_sizes(model, render, options.output_size);
         const Size output = shown_size(own, options.output_size);
         const graph::Graph graph = build_graph(model, render, own, options.pipeline_options, scale);
-        return {with_effects(with_masks(graph, scale, options), output, options),
-                {.color = render, .render = render, .output = output},
-                scale};
+        graph::Graph shown = with_effects(with_masks(graph, scale, options), output, options);
+        if (options.alpha)
+            shown = with_alpha(shown, {render, scale, own, pipelines::takes_jitter_out(model.pipeline())});
+        return {with_ui(shown, options), {.color = render, .render = render, .output = output}, scale};
     }
 
     /// Only now is the largest distance of the run known.

@@ -12,6 +12,7 @@
 #include "clarus/error.h"
 #include "cli/frame_description.h"
 #include "cli/view_picture.h"
+#include "io/alpha.h"
 #include "io/image.h"
 #include "metrics/display.h"
 
@@ -35,7 +36,6 @@ struct Slot {
     SourceFrame frame;
     std::shared_ptr<Upscaler> upscaler;
     io::Pixels output, before;  // before: interpolated
-    io::Pixels alpha;           // of the output
     std::map<std::string, io::Pixels> views;
     FrameResult result;
     std::optional<FrameEvent> event;
@@ -110,7 +110,6 @@ class FrameLoop {
         span.set_frame(frame->name);
         slot.index = index;
         slot.frame = std::move(*frame);
-        slot.alpha = {};
         slot.result = {};
         slot.result.name = slot.frame.name;
         slot.result.colors_without_numbers = slot.frame.colors_without_numbers;
@@ -119,9 +118,9 @@ class FrameLoop {
         return true;
     }
 
-    static void allocate(io::Pixels& result, Size size) {
+    static void allocate(io::Pixels& result, Size size, int channels) {
         result.size = size;
-        result.channels = 3;
+        result.channels = channels;
         result.values.resize(static_cast<size_t>(size.width) * size.height * result.channels);
     }
 
@@ -132,7 +131,7 @@ class FrameLoop {
     }
 
     void submit(Slot& slot, FrameDescription frame) {
-        allocate(slot.output, slot.upscaler->output_size());
+        allocate(slot.output, slot.upscaler->output_size(), output_.alpha ? 4 : 3);
         frame.output = image_of(slot.output);
         slot.event = slot.upscaler->submit(frame);
         for (const std::string& name : output_.views)
@@ -147,7 +146,6 @@ class FrameLoop {
         slot.result.invalid_motion_vectors = slot.event->invalid_motion_vectors();
         slot.event.reset();
         if (interpolator_) interpolate(slot);
-        if (output_.alpha && !slot.frame.alpha.values.empty()) upscale_alpha(slot);
         slot.frame.hold.reset();
         const Trace::Track track = Trace::writer(static_cast<size_t>(&slot - slots_.data()));
         if (slot.index != 0) seconds_ += slot.frame.seconds;
@@ -176,21 +174,17 @@ class FrameLoop {
 
     void interpolate(Slot& slot) {
         const Trace::Span span(trace_, Trace::Track::main, "interpolate", slot.frame.name);
-        allocate(slot.before, slot.output.size);
+        allocate(slot.before, slot.output.size, 3);
         FrameDescription frame = slot.frame.inputs;
         frame.color = image_of(slot.output);
         frame.output = image_of(slot.before);
         interpolator_->submit(frame).wait();
     }
 
-    void upscale_alpha(Slot& slot) {
-        const Trace::Span span(trace_, Trace::Track::main, "upscale alpha", slot.frame.name);
-        slot.alpha = output_.alpha->upscale(slot.frame.alpha, slot.frame.inputs);
-    }
-
     /// `before`: the frame before is written.
     void write(Slot& slot, Trace::Track track, std::shared_future<void> before) {
         const Trace::Span span(trace_, track, "write", slot.frame.name);
+        const io::Pixels alpha = io::take_alpha(slot.output);
         if (!slot.frame.reference.values.empty()) {
             const auto display = [&](const io::Pixels& pixels) {
                 return metrics::display_values(pixels, output_.color_space, slot.frame.inputs.exposure);
@@ -205,10 +199,10 @@ class FrameLoop {
         const auto save = [&](const std::filesystem::path& file, const io::Pixels& pixels) {
             io::write_image(file, pixels, output_.type, output_.png_compression, output_.tags);
         };
-        if (slot.alpha.values.empty())
-            save(slot.result.file, slot.output);
+        if (slot.frame.has_alpha && output_.alpha)
+            save(slot.result.file, io::with_alpha(slot.output, alpha));
         else
-            save(slot.result.file, with_alpha(slot.output, slot.alpha));
+            save(slot.result.file, slot.output);
         if (has_before(slot)) save(output_.file_before(slot.frame.name), slot.before);
         for (const auto& [name, picture] : slot.views)
             io::write_image(output_.view_file(name, slot.frame.name), picture, io::SampleType::u8,

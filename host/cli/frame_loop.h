@@ -10,7 +10,6 @@
 
 #include "clarus/interpolator.h"
 #include "clarus/upscaler.h"
-#include "cli/alpha.h"
 #include "cli/checkpoints.h"
 #include "cli/frame_source.h"
 #include "cli/image_folder.h"
@@ -36,7 +35,7 @@ struct FrameOutput {
     std::filesystem::path video;     // in place of the folder: a file's, empty for a stream
     io::VideoWriter* writer = nullptr;
     SharedOutput* shared = nullptr;
-    AlphaUpscaler* alpha = nullptr;  // where pictures are to have the alpha that frames bring
+    bool alpha = false;  // whether the upscaler's output has it, for pictures of frames that bring it
     Checkpoints* checkpoints = nullptr;
     bool goes_on = false;             // frames were made before: a picture in between comes before the first one, too
     std::filesystem::path picture{};  // of the one frame there is, in the folder under a name of its own

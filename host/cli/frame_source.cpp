@@ -6,6 +6,7 @@
 
 #include "cli/frame_description.h"
 #include "cli/interrupt.h"
+#include "io/alpha.h"
 
 namespace clarus::cli {
 
@@ -26,8 +27,11 @@ bool is_beyond_far(const io::Pixels& depth) {
 
 }  // namespace
 
-SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead)
-    : sequence_(sequence), reader_(sequence, 0, sequence.frames.size(), want_motion, want_reference, ahead) {}
+SequenceSource::SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, bool with_alpha,
+                               size_t ahead)
+    : sequence_(sequence),
+      with_alpha_(with_alpha),
+      reader_(sequence, 0, sequence.frames.size(), want_motion, want_reference, ahead) {}
 
 std::optional<SourceFrame> SequenceSource::next() {
     if (Interrupt::came()) return std::nullopt;
@@ -37,10 +41,11 @@ std::optional<SourceFrame> SequenceSource::next() {
     const auto pixels = std::make_shared<io::FramePixels>(std::move(read->pixels));
     SourceFrame frame;
     frame.name = files.name;
-    frame.inputs = describe_frame(sequence_, files, *pixels);
     frame.colors_without_numbers = colors_without_numbers(pixels->color);
+    frame.has_alpha = !pixels->alpha.values.empty();
+    if (with_alpha_) pixels->color = io::with_alpha(pixels->color, std::exchange(pixels->alpha, {}));
+    frame.inputs = describe_frame(sequence_, files, *pixels);
     frame.is_depth_beyond_far = is_beyond_far(pixels->depth);
-    frame.alpha = std::move(pixels->alpha);
     frame.reference = std::move(pixels->reference);
     frame.seconds = 1 / sequence_.frame_rate;
     frame.hold = pixels;

@@ -20,7 +20,7 @@ struct SourceFrame {
     FrameDescription inputs;            // all but the output
     size_t colors_without_numbers = 0;  // pixels, where they were read
     bool is_depth_beyond_far = false;   // most of it, where it was read
-    io::Pixels alpha;                   // 1 channel, render resolution; empty where there is none
+    bool has_alpha = false;             // its colour, of files
     io::Pixels reference;               // 3 channels, output resolution; empty where there is none
     double seconds = 1.0 / 60;          // after the frame before it
     std::chrono::system_clock::time_point taken = std::chrono::system_clock::now();
@@ -42,13 +42,15 @@ class FrameSource {
 /// Frames of files, in order, until Interrupt comes.
 class SequenceSource : public FrameSource {
   public:
-    /// `sequence` outlives the source; `ahead` frames are read before they are asked for.
-    SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, size_t ahead);
+    /// `sequence` outlives the source; `ahead` frames are read before they are asked for. `with_alpha`: colour has four
+    /// components, the last 1 where files have no alpha.
+    SequenceSource(const io::Sequence& sequence, bool want_motion, bool want_reference, bool with_alpha, size_t ahead);
     std::optional<SourceFrame> next() override;
     bool waits() const override { return false; }
 
   private:
     const io::Sequence& sequence_;
+    const bool with_alpha_;
     io::FrameReader reader_;
 };
 

@@ -51,8 +51,6 @@ ChosenModel choose_model(Model model, const ModelWish& wish, const io::Sequence&
     return {std::move(model), output_size};
 }
 
-bool takes_jitter_out(const Model& model) { return model.pipeline() != "srpo" && model.pipeline() != "stack"; }
-
 UpscalerOptions options_for(UpscalerOptions settings, const io::Sequence& sequence, bool dynamic,
                             const std::optional<Size>& output_size) {
     settings.output_size = output_size;

@@ -33,9 +33,6 @@ Model find_model(const ModelWish& wish);
 ChosenModel choose_model(Model model, const ModelWish& wish, const io::Sequence& sequence, bool dynamic,
                          const std::string& source);
 
-/// Whether results are those of frames without jitter: all pipelines but those that do not read it.
-bool takes_jitter_out(const Model& model);
-
 /// The settings with what follows from the frames.
 UpscalerOptions options_for(UpscalerOptions settings, const io::Sequence& sequence, bool dynamic,
                             const std::optional<Size>& output_size);

@@ -8,7 +8,7 @@
 #include "base/log.h"
 #include "clarus/jitter.h"
 #include "clarus/quality.h"
-#include "cli/model_choice.h"
+#include "pipelines/pipeline.h"
 
 namespace clarus::cli {
 namespace {
@@ -73,7 +73,7 @@ void warn_of_jitter(const io::Sequence& sequence, const Model& model) {
         log(LogLevel::warning,
             "the largest jitter is ({:g}, {:g}): jitter is in render pixels, and this looks like shares of the image",
             jitter.x, jitter.y);
-    else if (!takes_jitter_out(model))
+    else if (!pipelines::takes_jitter_out(model.pipeline()))
         log(LogLevel::warning,
             "the frames are jittered, and {} does not take jitter out: results are shifted by it. It wants frames that "
             "are rendered without",

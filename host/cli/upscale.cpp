@@ -18,7 +18,6 @@
 #include "base/log.h"
 #include "base/parse.h"
 #include "base/rounding.h"
-#include "cli/alpha.h"
 #include "cli/checkpoints.h"
 #include "cli/choice.h"
 #include "cli/commands.h"
@@ -300,7 +299,10 @@ void upscale(const UpscaleOptions& options) {
         check_views(options.views, names, model);
         settings.views = options.views;
     }
-    Upscaler upscaler(device, model, whole.render_size, settings);
+    // Rules of --place may name what only alpha brings: whether there is any, the files tell.
+    UpscalerOptions before_files = settings;
+    before_files.placement = UpscalerOptions().placement;
+    Upscaler upscaler(device, model, whole.render_size, before_files);
     std::optional<Interpolator> interpolator;
     if (options.frame_rate == FrameRate::doubled && settings.ui_format)
         fail(ErrorKind::invalid_argument,
@@ -335,8 +337,9 @@ void upscale(const UpscaleOptions& options) {
     const bool needs_motion = interpolator || upscaler.needs_motion();
     const io::ColorFiles colors = is_video ? colors_of(sequence, reader->facts(), needs_depth, needs_motion)
                                            : io::check_sequence(sequence, needs_depth, needs_motion);
-    std::optional<AlphaUpscaler> alpha;
-    if (keeps_alpha(options, target, colors.has_alpha)) alpha.emplace(device, upscaler, model, settings);
+    settings.alpha = keeps_alpha(options, target, colors.has_alpha);
+    if (settings.alpha) settings.color_format.channels = settings.output_format.channels = 4;
+    upscaler = Upscaler(device, model, whole.render_size, settings);
     const io::SampleType type = output_type(bits, format, target, colors.type);
     warn_of_facts(sequence, upscaler, model);
     const Size made = scaled(sequence.render_size, model.scale());
@@ -360,7 +363,7 @@ void upscale(const UpscaleOptions& options) {
                              target.video,
                              video ? &*video : nullptr,
                              nullptr,
-                             alpha ? &*alpha : nullptr,
+                             settings.alpha,
                              checkpoints ? &*checkpoints : nullptr,
                              run.begin > run.first,
                              target.picture,
@@ -388,7 +391,6 @@ void upscale(const UpscaleOptions& options) {
         Progress progress("preparing");
         upscaler.prepare([&](double fraction) { progress.update(fraction); });
         if (interpolator) interpolator->prepare([&](double fraction) { progress.update(fraction); });
-        if (alpha) alpha->prepare([&](double fraction) { progress.update(fraction); });
     }
     const double prepare_seconds = seconds_since(start);
     if (run.state)
@@ -408,7 +410,7 @@ void upscale(const UpscaleOptions& options) {
             is_video ? std::make_unique<VideoSource>(std::move(reader), sequence, options.sequence.frames) : nullptr;
         const auto files = is_video ? nullptr
                                     : std::make_unique<SequenceSource>(sequence, needs_depth || needs_motion,
-                                                                       output.measure, under_way);
+                                                                       output.measure, settings.alpha, under_way);
         FrameSource& source = is_video ? static_cast<FrameSource&>(*pictures) : *files;
         const std::shared_ptr<Upscaler> only(std::shared_ptr<void>(), &upscaler);  // which it does not own
         Progress progress("upscaling");

@@ -53,6 +53,8 @@ Value Graph::input(Resource resource, Size size) {
             return add(Input{resource}, {}, {3, size.height, size.width}, "opaque color");
         case Resource::ui:
             return add(Input{resource}, {}, {4, size.height, size.width}, "ui");
+        case Resource::alpha:
+            return add(Input{resource}, {}, {1, size.height, size.width}, "alpha channel");
     }
     throw std::logic_error("unknown resource");
 }

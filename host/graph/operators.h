@@ -13,14 +13,15 @@
 /// documented here; the definitions are there.
 namespace clarus::graph {
 
-enum class Resource { color, depth, motion, reactive_mask, transparency_mask, opaque_color, ui };
+enum class Resource { color, depth, motion, reactive_mask, transparency_mask, opaque_color, ui, alpha };
 inline constexpr std::array kResources{
     Resource::color,        Resource::depth, Resource::motion, Resource::reactive_mask, Resource::transparency_mask,
-    Resource::opaque_color, Resource::ui};
+    Resource::opaque_color, Resource::ui,    Resource::alpha};
 
 /// A resource of the frame description, converted to its canonical form: at render resolution colour and opaque colour
-/// (3 channels, display-encoded), depth (1), motion (2, render pixels, NaN where invalid) or a mask (1, from 0 to 1);
-/// at output resolution the user interface (4, from 0 to 1, premultiplied).
+/// (3 channels, display-encoded), depth (1), motion (2, render pixels, NaN where invalid), a mask (1, from 0 to 1) or
+/// alpha (1, from 0 to 1: the fourth component of the image of colour); at output resolution the user interface (4,
+/// from 0 to 1, premultiplied).
 struct Input {
     Resource resource;
     Traits traits() const {

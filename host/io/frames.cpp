@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "io/alpha.h"
 #include "io/decode.h"
 #include "io/described.h"
 #include "io/qrisp.h"
@@ -51,20 +52,6 @@ void check(const std::filesystem::path& path, const ImageHeader& image, const Ex
     if (image.channels < expected.channels)
         fail(ErrorKind::file, "{} has {} of the {} channels that {} needs", path.string(), image.channels,
              expected.channels, expected.role);
-}
-
-/// Takes a fourth channel away.
-Pixels take_alpha(Pixels& color) {
-    if (color.channels != 4) return {};
-    Pixels alpha{color.size, 1, {}}, rest{color.size, 3, {}};
-    alpha.values.reserve(color.values.size() / 4);
-    rest.values.reserve(color.values.size() / 4 * 3);
-    for (size_t i = 0; i < color.values.size(); i += 4) {
-        rest.values.insert(rest.values.end(), &color.values[i], &color.values[i] + 3);
-        alpha.values.push_back(color.values[i + 3]);
-    }
-    color = std::move(rest);
-    return alpha;
 }
 
 ImageHeader check_file(const std::filesystem::path& path, const Expectation& expected) {

@@ -19,8 +19,9 @@ namespace clarus::runtime {
 
 /// Where in a program's result the pipeline's output is that it writes to the caller's image, too, as present() would.
 struct Presented {
-    int first_channel = 0;  // of three
-    ImageFormat format;     // the caller's, of display-encoded colours
+    int first_channel = 0;
+    int channels = 3;    // three colours, and alpha where there are four
+    ImageFormat format;  // the caller's, of display-encoded colours
 };
 
 /// An operator to be run: its node, the layouts of its inputs and result, and what else its kernels depend on.

@@ -53,6 +53,7 @@ KernelCall ingest(const IngestProblem& problem) {
     resource("TRANSPARENCY", problem.transparency_mask, Resource::transparency_mask, options.transparency_format, 7);
     resource("OPAQUE", problem.opaque_color, Resource::opaque_color, options.opaque_format, 8);
     resource("UI", problem.ui, Resource::ui, options.ui_format, 9);
+    resource("ALPHA", problem.alpha, Resource::alpha, options.color_format, 10);
     if (computes_exposure(options)) {
         call.options += " -DEXPOSURE_COMPUTED";
         call.arguments.push_back({ArgumentKind::exposure});

@@ -12,15 +12,15 @@ namespace clarus::runtime {
 /// Where the canonical inputs go; what the pipeline does not use has no layout.
 struct IngestProblem {
     std::optional<TensorLayout> color, depth, motion, jitter_x, jitter_y, scale, reactive_mask, transparency_mask,
-        opaque_color, ui;
+        opaque_color, ui, alpha;
     const StreamOptions* options = nullptr;  // formats, colour space, encodings
 };
 
 /// What ingest writes, in the order of its arguments of kind `input`.
-inline std::array<const std::optional<TensorLayout>*, 10> destinations(const IngestProblem& problem) {
+inline std::array<const std::optional<TensorLayout>*, 11> destinations(const IngestProblem& problem) {
     return {&problem.color,        &problem.depth, &problem.motion,        &problem.jitter_x,
             &problem.jitter_y,     &problem.scale, &problem.reactive_mask, &problem.transparency_mask,
-            &problem.opaque_color, &problem.ui};
+            &problem.opaque_color, &problem.ui,    &problem.alpha};
 }
 
 /// Where a resource goes: a member of `problem`, which is const or not.
@@ -40,6 +40,8 @@ auto& layout_of(graph::Resource resource, auto& problem) {
             return problem.opaque_color;
         case graph::Resource::ui:
             return problem.ui;
+        case graph::Resource::alpha:
+            return problem.alpha;
     }
     throw std::logic_error("unknown resource");
 }

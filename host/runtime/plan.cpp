@@ -115,7 +115,7 @@ std::optional<Presented> presented_by(const PlannedStage& stage, const TensorLay
         return {};
     const int first = (output.offset - result.offset) / (output.block * output.block);
     if (first < 0 || first + output.channels > result.channels) return {};
-    return Presented{first, options.output_format};
+    return Presented{first, output.channels, options.output_format};
 }
 
 /// Has the stage that is the last to write where the pipeline's output is write it to the caller's image, too: what it

@@ -29,6 +29,8 @@ ImageFormat format_of(Resource resource, const StreamOptions& options) {
             return options.opaque_format.value();
         case Resource::ui:
             return options.ui_format.value();
+        case Resource::alpha:
+            return options.color_format;
     }
     throw std::logic_error("unknown resource");
 }
@@ -49,6 +51,8 @@ const Image& image_of(Resource resource, const FrameDescription& frame) {
             return frame.opaque_color;
         case Resource::ui:
             return frame.ui;
+        case Resource::alpha:
+            return frame.color;
     }
     throw std::logic_error("unknown resource");
 }
@@ -57,9 +61,14 @@ Size size_of(const TensorLayout& layout) { return {layout.width, layout.height};
 
 const TensorLayout& output_of(const Plan& plan) { return plan.layout.layouts[plan.layout.graph.output]; }
 
+/// Whether it is read from the image that colour is read from, of which one copy serves both.
+bool shares_color(Resource resource, const IngestProblem& problem) {
+    return resource == Resource::alpha && problem.color;
+}
+
 size_t input_bytes(Resource resource, const Plan& plan, const StreamOptions& options) {
     const std::optional<TensorLayout>& layout = layout_of(resource, plan.ingest);
-    if (!layout) return 0;
+    if (!layout || shares_color(resource, plan.ingest)) return 0;
     const Size size = resource == Resource::motion ? options.motion_size.value_or(size_of(*layout)) : size_of(*layout);
     return tight_bytes(size, format_of(resource, options));
 }
@@ -90,12 +99,16 @@ void Ports::bind_inputs(const FrameDescription& frame, const IngestProblem& prob
         const std::optional<TensorLayout>& layout = layout_of(resource, problem);
         if (!layout) continue;
         const Image& image = image_of(resource, frame);
-        const int index = static_cast<int>(resource);
-        if (image.empty())
+        const int index = static_cast<int>(resource), color = static_cast<int>(Resource::color);
+        if (image.empty()) {
             bind_nothing(resource, *layout, ingest);
-        else
+        } else if (shares_color(resource, problem)) {
+            ingest.resources[index] = ingest.resources[color];
+            ingest.resource_offsets[index] = ingest.resource_offsets[color];
+        } else {
             ingest.resources[index] = placed(image, format_of(resource, options_), inputs_[index], input_bytes_[index],
                                              ingest.resource_offsets[index]);
+        }
     }
 }
 
@@ -170,9 +183,12 @@ cl::Buffer Ports::zeroed(size_t bytes) const {
 }
 
 void Ports::stand_in_inputs(const Plan& plan, Bindings& ingest) const {
-    for (const Resource resource : graph::kResources)
-        if (const size_t bytes = input_bytes(resource, plan, options_))
-            ingest.resources[static_cast<int>(resource)] = zeroed(bytes);
+    for (const Resource resource : graph::kResources) {
+        const int index = static_cast<int>(resource);
+        if (const size_t bytes = input_bytes(resource, plan, options_)) ingest.resources[index] = zeroed(bytes);
+        if (shares_color(resource, plan.ingest))
+            ingest.resources[index] = ingest.resources[static_cast<int>(Resource::color)];
+    }
 }
 
 void Ports::stand_in_exposure(Bindings& exposure) const {

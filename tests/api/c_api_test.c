@@ -168,6 +168,11 @@ int main(void) {
     options.automatic_exposure = 1;
     CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
     CHECK(strstr(clarus_last_error(), "automatic_exposure"));
+    options = clarus_default_options();
+    options.alpha = 1;
+    CHECK(clarus_upscaler_create(device, model, WIDTH, HEIGHT, &options, &upscaler) == CLARUS_INVALID_ARGUMENT);
+    CHECK(strstr(clarus_last_error(), "options.alpha: color_format has 3 channels"));
+    CHECK(clarus_default_frame().frame_seconds == 1.0f / 60);
     clarus_device_release(device);
     frame.motion.host = motion;
     frame.motion.width = WIDTH;

@@ -44,11 +44,12 @@ Run run(const Golden& golden, UpscalerOptions options, int frames,
     const std::vector<float> jitter = golden.tensor("jitter"), expected = golden.tensor("output");
     const std::vector<int32_t> resets = golden.resets();
     options.motion.sampled_at_jitter = golden.file.has("motion_jitter");
-    const bool comparable = !options.output_size;
+    const int channels = options.output_format.channels;
+    const bool comparable = !options.output_size && channels == 3;
     Run result{{}, {}, Upscaler(test_device(), golden.model, golden.render, std::move(options))};
     const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
     const Size size = result.upscaler.output_size();
-    const size_t count = static_cast<size_t>(size.width) * size.height * 3;
+    const size_t count = static_cast<size_t>(size.width) * size.height * channels;
     for (int frame = 0; frame < (frames < 0 ? golden.frames : frames); ++frame) {
         std::vector<float>& output = result.outputs.emplace_back(count);
         FrameDescription description;

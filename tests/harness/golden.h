@@ -31,8 +31,8 @@ struct Run {
 };
 
 /// All frames of a golden file through the upscaler, or the first so many, with what it needs. Motion is sampled where
-/// the file says. With an output size of the options' there are no differences. `change` may add to a frame before it
-/// is submitted.
+/// the file says. With an output size of the options', or alpha, there are no differences. `change` may add to a frame
+/// before it is submitted.
 Run run(const Golden& golden, UpscalerOptions options = {}, int frames = -1,
         const std::function<void(int, FrameDescription&)>& change = {});
 

@@ -91,7 +91,7 @@ Planes expected_target(const Planes& output, const StreamOptions& options, doubl
     graph::Shape shape = output.shape;
     shape.channels = options.output_format.channels;
     return planes(shape, [&](int c, int x, int y) -> float {
-        if (c == 3) return 1;
+        if (c == 3) return output.shape.channels == 4 ? static_cast<float>(unit(output.at(3, x, y))) : 1.0f;
         if (options.color_space == ColorSpace::srgb) return static_cast<float>(unit(output.at(c, x, y)));
         double rgb[3];
         for (int i = 0; i < 3; ++i) rgb[i] = inverse_transfer(unit(output.at(i, x, y)));
@@ -127,25 +127,25 @@ void check_display(ImageFormat format, Storage storage, int block, graph::Shape 
     StreamOptions options;
     options.output_format = format;
     const Planes output = some_output(shape, storage);
-    const auto layout = part_layout(shape, storage, block, 3 * block * block + 1, 1);
+    const auto layout = part_layout(shape, storage, block, shape.channels * block * block + 1, 1);
     check_shown(run_present(output, layout, options, 1), output, options, storage);
 }
 
-/// A program that copies an image in blocks, of which it presents three channels, does what present() does of the copy,
-/// to the last bit.
-void check_presented(ImageFormat format, int block, int copy_block, graph::Shape shape, int first = 0) {
+/// A program that copies an image in blocks, of which it presents `shown` channels, does what present() does of the
+/// copy, to the last bit.
+void check_presented(ImageFormat format, int block, int copy_block, graph::Shape shape, int first = 0, int shown = 3) {
     CAPTURE(static_cast<int>(format.type));
     CAPTURE(format.channels);
     StreamOptions options;
     options.output_format = format;
     const Planes image = some_output(shape, Storage::f32);
     const Planes output =
-        planes({3, shape.height, shape.width}, [&](int c, int x, int y) { return image.at(first + c, x, y); });
+        planes({shown, shape.height, shape.width}, [&](int c, int x, int y) { return image.at(first + c, x, y); });
     runtime::Problem problem;
     problem.node = {graph::Pointwise{{}, {0}}, {}, shape, "program"};
     problem.inputs = {part_layout(shape, Storage::f32, block, shape.channels * block * block, 0)};
     problem.output = part_layout(shape, Storage::f32, copy_block, 4 * copy_block * copy_block, 0);
-    problem.presented = runtime::Presented{first, format};
+    problem.presented = runtime::Presented{first, shown, format};
     const Planes expected = run_present(output, pixel_layout(output.shape, Storage::f32), options, 1);
     const Device device = test_device();
     ocl::Context& context = device.context();
@@ -173,6 +173,8 @@ TEST_CASE("present writes every format") {
     for (const ElementType type : {ElementType::u8, ElementType::f16, ElementType::f32}) {
         check_display({type, 3}, Storage::f32, 1, {3, 18, 34});
         check_display({type, 4}, Storage::f16, 2, {3, 18, 34});
+        check_display({type, 4}, Storage::f32, 1, {4, 18, 35});
+        check_display({type, 4}, Storage::f32, 2, {4, 18, 34});
     }
 }
 
@@ -185,6 +187,9 @@ TEST_CASE("a program presents what it has made as present does") {
         }
         check_presented({type, 3}, 3, 3, {3, 9, 33});
         check_presented({type, 4}, 4, 1, {4, 8, 36}, 1);
+        check_presented({type, 4}, 1, 1, {4, 7, 69}, 0, 4);
+        check_presented({type, 4}, 2, 1, {4, 10, 154}, 0, 4);
+        check_presented({type, 4}, 3, 3, {4, 9, 33}, 0, 4);
     }
 }
 
@@ -207,6 +212,14 @@ TEST_CASE("present turns display values back into light") {
         for (const float v : result.values) CHECK(std::isfinite(v));
     }
 
+    graph::Shape with_alpha = shape;
+    with_alpha.channels = 4;
+    const Planes four = some_output(with_alpha, Storage::f32);
+    options.output_format = {ElementType::f32, 4};
+    const Planes result = run_present(four, pixel_layout(with_alpha, Storage::f32), options, 0.5f);
+    for (int y = 0; y < shape.height; ++y)
+        for (int x = 0; x < shape.width; ++x) CHECK(result.at(3, x, y) == static_cast<float>(unit(four.at(3, x, y))));
+
     options.output_format = {ElementType::f16, 3};
     for (const float v : run_present(output, pixel_layout(shape, Storage::f32), options, 1e-3f).values)
         CHECK(v <= 65504);
@@ -216,6 +229,7 @@ TEST_SUITE("small") {
     TEST_CASE("present of one pixel") {
         check_display({ElementType::u8, 4}, Storage::f32, 1, {3, 1, 1});
         check_display({ElementType::f32, 3}, Storage::f16, 1, {3, 1, 1});
+        check_display({ElementType::f32, 4}, Storage::f32, 1, {4, 1, 1});
         check_presented({ElementType::u8, 3}, 1, 1, {4, 1, 1}, 1);
     }
 }

@@ -144,6 +144,15 @@ class Pictures(unittest.TestCase):
         np.testing.assert_array_equal(result[..., 3], 1)
         np.testing.assert_allclose(result[..., :3], upscaled(), atol=1e-3)
 
+    def test_alpha_is_carried_through(self):
+        color = np.concatenate((made_up(0)[0], np.full((RENDER[1], RENDER[0], 1), 0.25, np.float32)), axis=2)
+        with clarus.Upscaler("bicubic", RENDER, device=DEVICE, alpha=True, color_format=("float32", 4),
+                             output_format=("float32", 4)) as made:
+            result = made.upscale(color)
+        np.testing.assert_allclose(result[..., 3], 0.25, atol=1e-6)
+        with self.assertRaisesRegex(clarus.InvalidArgumentError, "alpha: color_format has 3 channels"):
+            clarus.Upscaler("bicubic", RENDER, device=DEVICE, alpha=True)
+
     def test_output_is_written_where_it_is_told(self):
         larger = np.full((OUTPUT[1] + 2, OUTPUT[0] + 4, 3), -1, np.float32)
         part = larger[1:-1, 2:-2]

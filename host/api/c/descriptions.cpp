@@ -62,6 +62,7 @@ UpscalerOptions options_from(const clarus_options* given_options) {
     if (from.placement) options.placement = from.placement;
     options.fallback = from.fallback != 0;
     options.diagnose = from.diagnose != 0;
+    options.alpha = from.alpha != 0;
     options.profile = from.profile != 0;
     options.band_rows = from.band_rows;
     if (from.view_count > 0) given(from.views, "options.views");
@@ -88,6 +89,7 @@ FrameDescription frame_from(const clarus_frame& given_frame) {
     frame.motion = image(from.motion);
     frame.jitter = {from.jitter_x, from.jitter_y};
     frame.exposure = from.exposure;
+    frame.frame_seconds = from.frame_seconds;
     frame.near_plane = from.near_plane;
     frame.far_plane = from.far_plane;
     frame.reset = from.reset != 0;
@@ -132,7 +134,9 @@ void clarus_options_init(clarus_options* options, size_t struct_size) {
 
 void clarus_frame_init(clarus_frame* frame, size_t struct_size) {
     clarus_frame usual{};
-    usual.exposure = 1;
+    const clarus::FrameParameters from;
+    usual.exposure = from.exposure;
+    usual.frame_seconds = from.frame_seconds;
     set_usual(frame, usual, struct_size);
 }
 

@@ -85,6 +85,7 @@ typedef struct clarus_options {
     int automatic_exposure;
     int diagnose; /* 1: an upscaler's first frames are held against what is declared of them, see
                      UpscalerOptions::diagnose */
+    int alpha;    /* 1: an upscaler's output has colour's alpha, see UpscalerOptions::alpha */
 } clarus_options;
 
 typedef struct clarus_option_description {
@@ -124,6 +125,7 @@ typedef struct clarus_frame {
     clarus_image reactive_mask, transparency_mask, opaque_color, ui;
     const clarus_camera* camera; /* NULL: not told */
     clarus_image exposure_image;
+    float frame_seconds; /* since the frame before */
 } clarus_frame;
 
 typedef struct clarus_memory {

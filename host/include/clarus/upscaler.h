@@ -34,6 +34,10 @@ struct UpscalerOptions : StreamOptions {
     Antialiasing antialias = Antialiasing::none;        // of the output; what the model keeps of it stays as it is
     /// Of the output, last: β of MNSS's step 6, from 0 (off) to 1. What the model keeps stays as it is.
     float sharpen = 0;
+    /// Whether colour's fourth component is upscaled beside it and is the output's, which has four then: by a bicubic
+    /// filter, clamped to [0, 1], the jitter taken out where the model takes it out of colour. Without, models see the
+    /// first three alone, and a fourth of the output is 1.
+    bool alpha = false;
     /// By name, what else the model's pipeline lets choose: Model::options lists it. What is not named has its usual
     /// value.
     std::map<std::string, double> pipeline_options;

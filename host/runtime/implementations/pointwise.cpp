@@ -278,7 +278,7 @@ class CallersImage {
     std::string store(const std::vector<std::string>& values, Run pixels) const {
         const std::string vector = vector_type("float", pixels.width);
         std::string code;
-        for (int c = 0; c < 3; ++c)  // a NaN becomes 0
+        for (int c = 0; c < presented_.channels; ++c)  // a NaN becomes 0
             code += fmt::format("    const {0} shown_{1} = {2} > 0 ? min({2}, 1.0f) : ({0})(0.0f);\n", vector, c,
                                 values[presented_.first_channel + c]);
         // Pixels that follow each other in a row of the cell.
@@ -288,9 +288,9 @@ class CallersImage {
             std::vector<std::string> elements;
             for (int i = first; i < first + count; ++i)
                 for (int c = 0; c < channels; ++c)
-                    elements.push_back(c == 3             ? "1.0f"
-                                       : pixels.width > 1 ? fmt::format("shown_{}.s{:x}", c, i)
-                                                          : fmt::format("shown_{}", c));
+                    elements.push_back(c == presented_.channels ? "1.0f"
+                                       : pixels.width > 1       ? fmt::format("shown_{}.s{:x}", c, i)
+                                                                : fmt::format("shown_{}", c));
             for (const Run run : runs(count * channels)) {
                 const auto begin = elements.begin() + run.first;
                 code += store_elements(fmt::format("{}", fmt::join(begin, begin + run.width, ", ")), run.width,
@@ -301,14 +301,14 @@ class CallersImage {
         return code;
     }
 
-    /// Those of rows[] of rows_of_cells() in kernels/common.clh, which begin with three channels that are shown.
+    /// Those of rows[] of rows_of_cells() in kernels/common.clh, which begin with the channels that are shown.
     std::string store_rows() const {
         std::string code;
         for (int half = 0; half < 4; ++half) {
             const std::string place = fmt::format("shown{} + {}", half / 2, half % 2 * 4 * presented_.format.channels);
             code += fmt::format("    rows[{0}] = rows[{0}] > 0 ? min(rows[{0}], 1.0f) : (float16)(0.0f);\n", half);
             if (presented_.format.channels == 4) {
-                code += fmt::format("    rows[{}].s37bf = 1.0f;\n", half);
+                if (presented_.channels == 3) code += fmt::format("    rows[{}].s37bf = 1.0f;\n", half);
                 code += store_elements(fmt::format("rows[{}]", half), 16, place);
             } else {
                 code += store_elements(fmt::format("rows[{}].s01245689", half), 8, place);
