@@ -65,6 +65,12 @@ class Installed(unittest.TestCase):
     def run_example(self, program, **more):
         self.assertRegex(output_of(program, DEVICE, env={**self.environment, **more}), RESULT)
 
+    def run_static(self, program):
+        """A program that contains the library is somewhere else than the models."""
+        models = os.path.dirname(found(self.prefix, "/models/enss-s-x2.safetensors"))
+        self.run_example(program, CLARUS_MODEL_PATH=models)
+        self.assertNotIn("libclarus", output_of("readelf", "-d", program))
+
     def build(self, name, languages, targets, components=""):
         """A project outside; its example programs are those of docs/integrating.md."""
         folder = os.path.join(self.folder, name)
@@ -88,16 +94,12 @@ class Installed(unittest.TestCase):
                            "add_executable(with_static readme_example_cpp.cpp)\n"
                            "target_link_libraries(with_static PRIVATE clarus::static)\n", " COMPONENTS static")
         self.run_example(build + "shared")
-        # A program that contains the library is somewhere else than the models.
-        models = os.path.dirname(found(self.prefix, "/models/enss-s-x2.safetensors"))
-        self.run_example(build + "with_static", CLARUS_MODEL_PATH=models)
-        self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
+        self.run_static(build + "with_static")
 
     def test_static_from_c(self):
         build = self.build("static_in_c", "C", "add_executable(with_static readme_example_c.c)\n"
                            "target_link_libraries(with_static PRIVATE clarus::static)\n", " COMPONENTS static")
-        self.run_example(build + "with_static")
-        self.assertNotIn("libclarus", output_of("readelf", "-d", build + "with_static"))
+        self.run_static(build + "with_static")
 
     def test_within_another_project(self):
         """That it configures, and what would be built: to compile all of it once more takes as long as the first time."""
