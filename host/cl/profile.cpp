@@ -78,6 +78,8 @@ DeviceProfile profile_of(const cl::Device& device, std::string selector) {
     profile.fast_fma = abilities.fast_fma;
     profile.subgroups = has("cl_khr_subgroups") || info_or<CL_DEVICE_MAX_NUM_SUB_GROUPS, cl_uint>(device, 0) > 0;
     profile.sub_devices = can_be_parted(device);
+    profile.gl_sharing = has("cl_khr_gl_sharing");
+    profile.external_memory = has("cl_khr_external_memory");
     return profile;
 }
 

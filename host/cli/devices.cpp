@@ -49,6 +49,8 @@ void print_table(const DeviceProfile& device) {
         {"sub-groups", yes_no(device.subgroups)},
         {"simulator", yes_no(device.simulator)},
         {"sub-devices", yes_no(device.sub_devices)},
+        {"OpenGL's memory", yes_no(device.gl_sharing)},
+        {"Vulkan's memory", yes_no(device.external_memory)},
     };
     fmt::print("{}  {}\n", device.selector, device.name);
     for (const auto& [name, value] : rows) fmt::print("     {:<19} {}\n", name, value);

@@ -30,7 +30,9 @@ nlohmann::ordered_json to_json(const DeviceProfile& device) {
             {"vnni", device.vnni},
             {"fast_fma", device.fast_fma},
             {"subgroups", device.subgroups},
-            {"sub_devices", device.sub_devices}};
+            {"sub_devices", device.sub_devices},
+            {"gl_sharing", device.gl_sharing},
+            {"external_memory", device.external_memory}};
 }
 
 }  // namespace clarus::measure

@@ -80,6 +80,8 @@ clarus_status clarus_device_read_profile(const clarus_device* device, size_t ind
         read.fast_fma = from.fast_fma;
         read.subgroups = from.subgroups;
         read.sub_devices = from.sub_devices;
+        read.gl_sharing = from.gl_sharing;
+        read.external_memory = from.external_memory;
         set_usual(profile, read, size);
     });
 }

@@ -172,7 +172,7 @@ typedef struct clarus_device_profile {
     int simulator, compute_units, clock_mhz, float_vector_width;
     size_t max_work_group_size, global_memory, max_allocation, local_memory, memory_alignment;
     int local_memory_is_dedicated, unified_memory, images, half_storage, half_arithmetic, int8_dot_product, vnni;
-    int fast_fma, subgroups, sub_devices;
+    int fast_fma, subgroups, sub_devices, gl_sharing, external_memory;
 } clarus_device_profile;
 
 /* What the last failed call of this thread was about. */

@@ -39,7 +39,9 @@ struct DeviceProfile {
     bool vnni = false;              // takes x86's vpdpbusd on 512 bits as inline assembly, and can run it (probed)
     bool fast_fma = false;          // a fused multiply–add in hardware, as the compiler tells
     bool subgroups = false;
-    bool sub_devices = false;  // can be partitioned into devices of fewer compute units
+    bool sub_devices = false;      // can be partitioned into devices of fewer compute units
+    bool gl_sharing = false;       // cl_khr_gl_sharing: textures and buffers of OpenGL become memory objects
+    bool external_memory = false;  // cl_khr_external_memory: memory of Vulkan or Direct3D 12 does
 };
 
 /// Every device of every platform, in the order of their selectors. Empty where there is none.
