@@ -339,7 +339,8 @@ void upscale(const UpscaleOptions& options) {
                                            : io::check_sequence(sequence, needs_depth, needs_motion);
     settings.alpha = keeps_alpha(options, target, colors.has_alpha);
     if (settings.alpha) settings.color_format.channels = settings.output_format.channels = 4;
-    upscaler = Upscaler(device, model, whole.render_size, settings);
+    if (settings.alpha || settings.placement != before_files.placement)
+        upscaler = Upscaler(device, model, whole.render_size, settings);
     const io::SampleType type = output_type(bits, format, target, colors.type);
     warn_of_facts(sequence, upscaler, model);
     const Size made = scaled(sequence.render_size, model.scale());

@@ -578,6 +578,22 @@ TEST_CASE("upscale --trace writes spans of every stage and frame") {
     CHECK(stages > 3);
 }
 
+TEST_CASE("upscale --place names stages that only alpha brings") {
+    if (!test_device().profile().sub_devices) return;
+    const Workplace place;
+    const std::vector<std::string> arguments{
+        "upscale",  place.sequence().string(), "--model",  "bicubic",
+        "--output", place.output().string(),   "--device", test_selector() + "/1, " + test_selector() + "/1=dsp",
+        "--place",  "alpha channel*=dsp"};
+    const Outcome without = run_tool(arguments);
+    CHECK(without.exit_code == 1);
+    CHECK_MESSAGE(contains(without.err, "no stage is called 'alpha channel*'"), without.err);
+    io::write_image(place.sequence() / "color/0000.png", noise(render_size, 4, 0, 1, 1), io::SampleType::u8);
+    const Outcome with = run_tool(arguments);
+    CHECK_MESSAGE(with.exit_code == 0, with.err);
+    CHECK(io::read_image_header(place.output() / "0000.png").channels == 4);
+}
+
 TEST_CASE("upscale --fallback goes on without a device that is lost") {
     if (!test_device().profile().sub_devices) return;
     const Workplace place;
