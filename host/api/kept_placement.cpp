@@ -67,8 +67,11 @@ KeptPlacement::Choice KeptPlacement::find() const {
         const auto last = static_cast<int64_t>(devices_) - 1;
         for (const io::JsonNode& place : root["places"].items(nodes_))
             choice.places.push_back(static_cast<int>(place.integer(0, last)));
-        for (const io::JsonNode& seconds : root["seconds"].items(nodes_))
-            choice.seconds.push_back(seconds.number(0, std::numeric_limits<double>::max()));
+        for (const io::JsonNode& device : root["seconds"].items(devices_)) {
+            std::vector<double>& its = choice.seconds.emplace_back();
+            for (const io::JsonNode& seconds : device.items(nodes_))
+                its.push_back(seconds.number(0, std::numeric_limits<double>::max()));
+        }
         return choice;
     } catch (const Error&) {
         return {};

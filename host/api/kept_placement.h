@@ -19,8 +19,8 @@ class KeptPlacement {
     KeptPlacement(const graph::Graph& graph, std::span<const DeviceProfile> devices, const StreamOptions& options);
 
     struct Choice {
-        std::vector<int> places;      // by node, as partition's
-        std::vector<double> seconds;  // by node, on its device
+        std::vector<int> places;                   // by node, as partition's
+        std::vector<std::vector<double>> seconds;  // [device][node], as PlacementCosts'
     };
     /// Empty where none is kept.
     Choice find() const;

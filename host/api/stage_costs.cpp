@@ -53,6 +53,25 @@ double least_of_frames(const StageProfile& stage) {
     return least;
 }
 
+/// Shares out what ingesting a frame takes among its inputs, by size.
+void share_out(double ingest, const graph::Graph& graph, std::vector<double>& seconds) {
+    const auto elements = [&](size_t value) {
+        const graph::Node& node = graph.nodes[value];
+        const bool is_input = graph::traits(node.op).memory == graph::Memory::ingested;
+        return is_input ? static_cast<double>(node.shape.elements()) : 0;
+    };
+    double all = 0;
+    for (size_t value = 0; value < graph.nodes.size(); ++value) all += elements(value);
+    for (size_t value = 0; value < graph.nodes.size(); ++value) seconds[value] += ingest * elements(value) / all;
+}
+
+/// The node whose kernel writes the memory that a value is in.
+graph::Value maker_of(const graph::Graph& graph, graph::Value value) {
+    while (graph::aliases_memory(graph.nodes[value].op) && !graph.nodes[value].inputs.empty())
+        value = graph.nodes[value].inputs[0];
+    return value;
+}
+
 double seconds_of_copy(ocl::Context& from, ocl::Context& to, size_t bytes) {
     const cl::Buffer source(from.context(), CL_MEM_READ_WRITE, bytes),
         destination(to.context(), CL_MEM_READ_WRITE, bytes);
@@ -89,10 +108,13 @@ std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fus
     for (int frame = 0; frame < kFrames; ++frame) program.submit(flat.frame(), constants)->done.wait();
     const std::vector<StageProfile> profile = program.take_profile(0);
 
-    // The plan's nodes are the graph's, in their order, and copies in between, which count for what they are made of.
     std::vector<double> seconds(fused.nodes.size(), 0);
-    size_t stage = 0;
     const size_t first = plan->ingests() ? 1 : 0;
+    if (first) share_out(least_of_frames(profile.front()), fused, seconds);
+    if (plan->presents() && plan->presenting < 0)
+        seconds[maker_of(fused, fused.output)] += least_of_frames(profile[first + plan->stages.size()]);
+    // The plan's nodes are the graph's, in their order, and copies in between, which count for what they are made of.
+    size_t stage = 0;
     size_t node = 0;
     for (size_t value = 0; value < plan->layout.graph.nodes.size(); ++value) {
         const bool is_copy =

@@ -10,8 +10,7 @@
 
 namespace clarus {
 
-/// Seconds of each node of a fused graph on a device, 0 of what no kernel makes: the least of a few frames of flat
-/// images. Compiles and allocates what the whole network needs there. Errors: build, out_of_memory, device.
+/// PlacementCosts::seconds of a fused graph on one device: the least of a few frames of flat images. Compiles and allocates what the whole network needs there. Errors: build, out_of_memory, device.
 std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fused, runtime::PlanOptions options,
                                   const FrameSizes& sizes, const runtime::FrameConstants& constants);
 

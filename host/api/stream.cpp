@@ -141,18 +141,17 @@ void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     costs.transfer = [&](int from, int to, double bytes) {
         return times[from][to].start + times[from][to].a_byte * bytes;
     };
-    KeptPlacement::Choice choice{runtime::place_for_speed(fused, costs), {}};
-    for (size_t value = 0; value < fused.nodes.size(); ++value)
-        choice.seconds.push_back(costs.seconds[choice.places[value]][value]);
+    const KeptPlacement::Choice choice{runtime::place_for_speed(fused, costs), costs.seconds};
     kept.keep(choice);
     part_out(fused, choice.places, choice.seconds);
 }
 
-void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places, const std::vector<double>& seconds) {
+void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places,
+                      const std::vector<std::vector<double>>& seconds) {
     part_out(fused, places);
-    const std::vector<int> part_of = graph::part_of_nodes(fused, places);
-    for (size_t value = 0; value < part_of.size(); ++value)
-        if (part_of[value] >= 0) parts_[part_of[value]].seconds += seconds[value];
+    const std::vector<double> of_parts =
+        runtime::seconds_of_parts(fused, places, graph::partition(fused, places), seconds);
+    for (size_t part = 0; part < parts_.size(); ++part) parts_[part].seconds = of_parts[part];
 }
 
 std::vector<PlacedPart> Stream::placement() const {

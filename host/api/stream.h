@@ -89,8 +89,9 @@ class Stream {
 
     /// Cuts the network by `places` (graph::partition) and plans each part without measuring.
     void part_out(const graph::Graph& fused, const std::vector<int>& places);
-    /// And notes each part's `seconds`, of its nodes on their devices.
-    void part_out(const graph::Graph& fused, const std::vector<int>& places, const std::vector<double>& seconds);
+    /// And notes each part's seconds, by [device][node].
+    void part_out(const graph::Graph& fused, const std::vector<int>& places,
+                  const std::vector<std::vector<double>>& seconds);
     /// Measures every stage on every device and cuts where that makes most frames a second.
     void place_by_measuring(const std::function<void(double)>& progress);
     /// With a fallback, goes on without the device that failed, `why` where that is known; false where none did, or

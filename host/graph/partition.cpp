@@ -143,6 +143,14 @@ class Extraction {
         return port;
     }
 
+    /// Of the whole graph: what the part takes of the frame.
+    std::vector<Value> read() const {
+        std::vector<Value> read;
+        for (Value value = 0; value < static_cast<Value>(taken_.size()); ++value)
+            if (taken_[value] >= 0 && traits(whole_.nodes[value].op).memory == Memory::ingested) read.push_back(value);
+        return read;
+    }
+
     Graph graph;
     std::vector<Wanted> wanted;
 
@@ -244,7 +252,8 @@ Partition partition(const Graph& graph, const std::vector<int>& places) {
             result.links.push_back({from, extractions[from].port_of(value), to, port, frames_ago});
         }
     for (int part = 0; part < count; ++part)
-        result.parts.push_back({numbering.places()[part], std::move(extractions[part].graph)});
+        result.parts.push_back(
+            {numbering.places()[part], std::move(extractions[part].graph), extractions[part].read()});
     return result;
 }
 

@@ -19,6 +19,7 @@ struct Link {
 struct Part {
     int place;  // which device
     Graph graph;
+    std::vector<Value> read;  // of the whole graph: the frame's inputs that it reads
 };
 
 /// Parts in an order in which each comes after those whose results of the same frame it reads.

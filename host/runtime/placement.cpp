@@ -12,7 +12,6 @@
 #include "base/parse.h"
 #include "base/platform.h"
 #include "cl/platforms.h"
-#include "graph/partition.h"
 #include "runtime/implementation.h"
 
 namespace clarus::runtime {
@@ -67,12 +66,10 @@ std::string stage_names(const Graph& graph) {
 class Simulation {
   public:
     Simulation(const Graph& graph, const std::vector<int>& places, const PlacementCosts& costs)
-        : partition_(graph::partition(graph, places)), costs_(costs), free_(costs.seconds.size(), 0) {
-        seconds_.resize(partition_.parts.size());
-        const std::vector<int> parts = graph::part_of_nodes(graph, places);
-        for (Value value = 0; value < size_of(graph); ++value)
-            if (parts[value] >= 0) seconds_[parts[value]] += costs.seconds[places[value]][value];
-    }
+        : partition_(graph::partition(graph, places)),
+          costs_(costs),
+          seconds_(seconds_of_parts(graph, places, partition_, costs.seconds)),
+          free_(costs.seconds.size(), 0) {}
 
     PlacementTime run() {
         constexpr int kFrames = 8;
@@ -179,6 +176,20 @@ std::vector<int> place_by_rules(const Graph& graph, std::string_view rules, std:
     }
     place_gathered(graph, places);
     return places;
+}
+
+std::vector<double> seconds_of_parts(const Graph& graph, const std::vector<int>& places,
+                                     const graph::Partition& partition,
+                                     const std::vector<std::vector<double>>& seconds) {
+    std::vector<double> result;
+    for (const graph::Part& part : partition.parts) {
+        double& its = result.emplace_back(0);
+        for (const Value value : part.read) its += seconds[part.place][value];
+    }
+    const std::vector<int> parts = graph::part_of_nodes(graph, places);
+    for (Value value = 0; value < size_of(graph); ++value)
+        if (parts[value] >= 0) result[parts[value]] += seconds[places[value]][value];
+    return result;
 }
 
 PlacementTime placement_time(const Graph& graph, const std::vector<int>& places, const PlacementCosts& costs) {

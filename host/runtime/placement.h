@@ -7,6 +7,7 @@
 
 #include "clarus/device.h"
 #include "graph/graph.h"
+#include "graph/partition.h"
 
 namespace clarus::runtime {
 
@@ -17,10 +18,17 @@ std::vector<int> place_by_rules(const graph::Graph& graph, std::string_view rule
 
 /// What a placement is chosen by.
 struct PlacementCosts {
-    std::vector<std::vector<double>> seconds;  // [device][node], 0 of what no kernel makes
+    /// [device][node]. Of the frame's inputs: what ingesting them takes, in each part that reads them. What presenting
+    /// takes counts for the node that makes the output.
+    std::vector<std::vector<double>> seconds;
     /// How long so many bytes take from one device to another.
     std::function<double(int from, int to, double bytes)> transfer;
 };
+
+/// Seconds of each part's work of a frame, without waiting. `graph`, `places`: what is cut.
+std::vector<double> seconds_of_parts(const graph::Graph& graph, const std::vector<int>& places,
+                                     const graph::Partition& partition,
+                                     const std::vector<std::vector<double>>& seconds);
 
 /// Seconds from frame to frame, once many are on their way, and of one frame from its start to its end.
 struct PlacementTime {

@@ -150,7 +150,8 @@ TEST_CASE("what auto has chosen is kept, and nothing else that lies there is tak
     const auto write = [&](const std::string& text) { std::ofstream(file) << text; };
 
     for (auto& place : json["places"]) place = 1;
-    for (auto& seconds : json["seconds"]) seconds = 1e6;
+    for (auto& device : json["seconds"])
+        for (auto& seconds : device) seconds = 1e6;
     write(json.dump());
     const std::vector<PlacedPart> taken = placed();
     REQUIRE(taken.size() == 1);
@@ -159,7 +160,7 @@ TEST_CASE("what auto has chosen is kept, and nothing else that lies there is tak
 
     for (const std::string& text :
          {std::string("{"), std::string("{}"), json.dump().substr(0, 20),
-          std::string(R"({"places": [1], "seconds": [0]})"), std::string(R"({"places": ["a"], "seconds": 3})")}) {
+          std::string(R"({"places": [1], "seconds": [[0], [0]]})"), std::string(R"({"places": ["a"], "seconds": 3})")}) {
         write(text);
         CHECK(placed().front().seconds < 1e6);
     }

@@ -114,6 +114,28 @@ TEST_SUITE("small") {
         }
     }
 
+    TEST_CASE("ingesting counts in every part that reads the frame, presenting where the output is made") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, kSize);
+        const Value made = graph.convolution(color, zero_parameters(3, 3), Activation::none, "convolution 0");
+        const Value other = graph.convolution(color, zero_parameters(3, 3), Activation::none, "convolution 1");
+        graph.output = graph.sum(made, other, "sum");
+        graph = fuse(graph, {});
+        PlacementCosts given = costs(graph, {{1, 1}, {1, 1}}, 0);
+        for (Value value = 0; value < static_cast<Value>(graph.nodes.size()); ++value)
+            if (std::holds_alternative<Input>(graph.nodes[value].op))
+                given.seconds[0][value] = 0.5, given.seconds[1][value] = 0.75;
+        for (auto& seconds : given.seconds) seconds[graph.output] = 0.25;
+        std::vector<int> places(graph.nodes.size(), 0);
+        places[stages(graph)[1]] = places[graph.output] = 1;
+        const Partition cut = partition(graph, places);
+        REQUIRE(cut.parts.size() == 3);  // the sum waits for the other device
+        CHECK(seconds_of_parts(graph, places, cut, given.seconds) == std::vector<double>{1.5, 1.75, 0.25});
+        CHECK(placement_time(graph, places, given).latency == doctest::Approx(2));
+        const std::vector<int> one(graph.nodes.size(), 1);
+        CHECK(seconds_of_parts(graph, one, partition(graph, one), given.seconds) == std::vector<double>{3});
+    }
+
     TEST_CASE("few placements of a long chain are better than the one chosen") {
         std::mt19937 random(9);
         constexpr int kStages = 16, kTries = 500;
