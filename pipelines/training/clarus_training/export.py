@@ -4,7 +4,7 @@ import argparse
 
 import torch
 
-from . import model_file, operators
+from . import model_file, operators, quantized
 from .pipelines import PIPELINES
 
 
@@ -12,6 +12,7 @@ def load_checkpoint(path):
     """The network of a training checkpoint, with its averaged weights."""
     checkpoint = torch.load(path, map_location="cpu")
     network = PIPELINES[checkpoint["pipeline"]].create(**checkpoint["shape"])
+    quantized.make_trained(network, quantized.layers_of(checkpoint["network"]))
     network.load_state_dict(checkpoint["network"])
     return network
 

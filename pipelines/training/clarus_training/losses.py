@@ -138,6 +138,10 @@ def ssim_l1(output, reference):
     return ssim(output, reference) + l1(output, reference)
 
 
+def ssim_steadier(output, reference):
+    return ssim(output, reference) + l1_steadier(output, reference)
+
+
 LOSSES = {
     "l1": l1,
     "l2": l2,
@@ -146,4 +150,5 @@ LOSSES = {
     "l1-l2": l1_l2,
     "ssim": ssim,
     "ssim-l1": ssim_l1,
+    "ssim-steadier": ssim_steadier,
 }

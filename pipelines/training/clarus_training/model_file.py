@@ -6,9 +6,6 @@ import torch
 from . import quantized, safetensors
 
 
-QUANTIZED = ("stack",)  # pipelines whose networks run here as the program runs their quantized files
-
-
 def rounding(half):
     """Makes tensors into what a file holds: arrays in half or single precision."""
     return lambda tensor: tensor.detach().cpu().numpy().astype(np.float16 if half else np.float32)
@@ -19,14 +16,18 @@ def plain_tensors(network, half, facts=None):
     array = rounding(half)
     tensors = {name: array(tensor) for name, tensor in network.state_dict().items()}
     metadata = {"pipeline": network.pipeline, "scale": network.scale, **(facts or {})}
+    for name, module in network.named_modules():
+        if isinstance(module, quantized.TrainedConv2d):
+            tensors.update({f"{name}.{key}": own for key, own in module.tensors().items()})
+            metadata["quantization"] = "int8"
     return tensors, {key: str(value) for key, value in metadata.items()}
 
 
 def save(path, network, jitters=None, mlp=False, half=False):
     """Writes a model; `half` stores all but jitters in half precision. For `jitters` and `mlp`: enss.model_tensors."""
-    from .pipelines import FILES
+    from .pipelines import PIPELINES
 
-    module = FILES[network.pipeline]
+    module = PIPELINES[network.pipeline]
     if hasattr(module, "model_tensors"):
         content = module.model_tensors(network, jitters, mlp, half)
     else:
@@ -38,23 +39,24 @@ def load(path, simulated=False):
     """The network of a model file, in single precision. `simulated`: one in whole numbers, but for stacks, with
     quantized.SimulatedConv2d in place of its layers; what layers of ENSS's kernels read is in its attribute `quantized`.
     """
-    from .pipelines import FILES
+    from .pipelines import PIPELINES
 
     tensors, metadata = safetensors.load(path)
-    layers = {}
-    if simulated and metadata["pipeline"] not in QUANTIZED:
-        tensors, layers = quantized.in_floats(tensors)
-    network = network_of(path, tensors, metadata, FILES[metadata["pipeline"]])
-    if layers:
-        network.quantized = quantized.simulate(network, tensors, layers)
+    module = PIPELINES[metadata["pipeline"]]
+    if metadata["pipeline"] == "stack":  # which lists its layers, and so makes them itself
+        return network_of(tensors, metadata, module)
+    floats, layers = quantized.in_floats(tensors)
+    network = network_of(floats, metadata, module)
+    if simulated:
+        network.quantized = quantized.simulate(network, floats, layers)
+    else:
+        quantized.make_exact(network, tensors)
     return network
 
 
-def network_of(path, tensors, metadata, module):
+def network_of(tensors, metadata, module):
     floats = {name: array.astype(np.float32) for name, array in tensors.items() if array.dtype.kind == "f"}
     loaded = {name: torch.tensor(array) for name, array in {**tensors, **floats}.items()}
-    if any(array.dtype == np.int8 for array in tensors.values()) and metadata["pipeline"] not in QUANTIZED:
-        raise SystemExit(f"{path} is quantized, and here only stacks are computed in whole numbers; `clarus` runs it")
     if hasattr(module, "load_model"):
         return module.load_model(loaded, metadata)
     network = module.create(scale=int(metadata["scale"]))

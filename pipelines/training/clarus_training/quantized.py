@@ -55,6 +55,10 @@ class QuantizedConv2d(nn.Module):
         self.stride, self.groups, self.hands_on = stride, groups, None
 
     @property
+    def weight(self):
+        return self.tensors["weight"]
+
+    @property
     def reads(self):
         """The scale and zero point of the numbers that it reads."""
         return self.tensors["input_scale"][0], int(self.tensors["input_zero_point"][0])
@@ -68,19 +72,93 @@ class QuantizedConv2d(nn.Module):
         return F.conv2d(centred, weight, bias, self.stride, weight.shape[-1] // 2, groups=self.groups)
 
     def forward(self, image):
-        sums = self.sums(image)
-        input_scale, weight_scale = self.tensors["input_scale"][0], self.tensors["weight_scale"]
-        if self.hands_on is None:
-            unit = torch.from_numpy((np.float32(input_scale) * weight_scale).astype(np.float32))
-            return (sums.float() * unit[:, None, None]).double()
-        scale, zero_point = self.hands_on
-        factor = np.float64(input_scale) * weight_scale.astype(np.float64) / np.float64(scale)
-        multiplier, shift = requantization(factor)
-        upper = np.int64(1) << (shift - 1)
-        parts = sums.numpy().astype(np.int64)
-        made = (parts * multiplier[:, None, None] + upper[:, None, None]) >> shift[:, None, None]
-        made = np.clip(made + zero_point, 0, LARGEST)
-        return torch.from_numpy(made - zero_point).double() * single(scale)
+        return result_of(self.sums(image), self.reads[0], self.tensors["weight_scale"], self.hands_on)
+
+
+def result_of(sums, input_scale, weight_scale, hands_on=None):
+    """What whole sums [N, out, h, w] stand for, in double precision: rounded to single precision, or, where `hands_on` is a
+    scale and zero point, to numbers of these."""
+    if hands_on is None:
+        unit = torch.from_numpy((np.float32(input_scale) * weight_scale).astype(np.float32))
+        return (sums.float() * unit[:, None, None]).double()
+    scale, zero_point = hands_on
+    factor = np.float64(input_scale) * weight_scale.astype(np.float64) / np.float64(scale)
+    multiplier, shift = requantization(factor)
+    upper = np.int64(1) << (shift - 1)
+    parts = sums.numpy().astype(np.int64)
+    made = (parts * multiplier[:, None, None] + upper[:, None, None]) >> shift[:, None, None]
+    made = np.clip(made + zero_point, 0, LARGEST)
+    return torch.from_numpy(made - zero_point).double() * single(scale)
+
+
+def straight_through(value, rounded):
+    """`rounded`, with the gradient of `value`, finite."""
+    return rounded.detach() + (value - value.detach())
+
+
+class TrainedConv2d(nn.Module):
+    """A quantized layer that learns: the bits of QuantizedConv2d with its `tensors`, and gradients as if nothing were
+    rounded, but none of what is clamped.
+
+    Weights and biases are floating-point; scales and zero points stay as they are. It runs on the CPU.
+    """
+
+    def __init__(self, layer, reads, weight_scale):
+        """`layer`: an nn.Conv2d, whose parameters are taken over; `reads`: (scale, zero point); `weight_scale`: [out]."""
+        super().__init__()
+        self.weight, self.stride, self.groups = layer.weight, layer.stride, layer.groups
+        self.bias = layer.bias if layer.bias is not None else nn.Parameter(torch.zeros(len(self.weight)))
+        self.register_buffer("weight_scale", torch.tensor(np.asarray(weight_scale)))
+        self.register_buffer("input_scale", torch.tensor([reads[0]]))
+        self.register_buffer("input_zero_point", torch.tensor([reads[1]], dtype=torch.int32))
+        self.hands_on = None
+
+    @property
+    def reads(self):
+        """The scale and zero point of the numbers that it reads."""
+        return self.input_scale.numpy()[0], int(self.input_zero_point)
+
+    @property
+    def units(self):
+        """What 1 stands for in biases and sums [out], in double precision."""
+        return self.input_scale.double() * self.weight_scale.double()
+
+    def whole(self):
+        """Weights and biases in whole numbers, in double precision, with the gradients of what they are rounded from."""
+        weight = self.weight.double() / self.weight_scale.double()[:, None, None, None]
+        weight = weight.clamp(-LARGEST_WEIGHT, LARGEST_WEIGHT)
+        bias = self.bias.double() / self.units
+        return straight_through(weight, weight.round()), straight_through(bias, bias.round())
+
+    def tensors(self):
+        """TENSORS, as a file has them."""
+        weight, bias = (each.detach() for each in self.whole())
+        return dict(
+            weight=weight.to(torch.int8).numpy(),
+            weight_scale=self.weight_scale.numpy(),
+            bias=bias.to(torch.int32).numpy(),
+            input_scale=self.input_scale.numpy(),
+            input_zero_point=self.input_zero_point.numpy(),
+        )
+
+    def forward(self, image):
+        scale, zero_point = self.reads
+        read = (image.double() / float(scale)).clamp(-zero_point, LARGEST - zero_point)
+        read = straight_through(read, numbers(image, scale, zero_point) - zero_point)
+        weight, bias = self.whole()
+        # Sums up to 2^24 are exact in single precision too, which is several times as fast.
+        most = (LARGEST * weight.detach().abs().sum(dim=(1, 2, 3)) + bias.detach().abs()).max()
+        kind = torch.float32 if most <= 2**24 else torch.float64
+        padding = self.weight.shape[-1] // 2
+        with torch.autocast(image.device.type, enabled=False):
+            numbers_and_weights = read.to(kind), weight.to(kind), bias.to(kind)
+            sums = F.conv2d(*numbers_and_weights, self.stride, padding, groups=self.groups).double()
+        free = sums * self.units[:, None, None]
+        if self.hands_on:
+            low, high = (float(self.hands_on[0]) * (number - self.hands_on[1]) for number in (0, LARGEST))
+            free = free.clamp(low, high)
+        result = result_of(sums.detach(), scale, self.weight_scale.numpy(), self.hands_on)
+        return straight_through(free, result).to(image.dtype)
 
 
 def simulated(image, weight, reads, weight_scale):
@@ -112,16 +190,20 @@ class SimulatedConv2d(nn.Module):
         return F.conv2d(image, weight, self.bias, self.stride, self.padding, groups=self.groups)
 
 
-def in_floats(tensors):
-    """A quantized file's tensors, NumPy's, as a floating-point file has them, and {layer: its (scale, zero point), weight
-    scales}, of tables [K, out].
-    """
+def layers_of(tensors):
+    """Of a quantized file's tensors, or a checkpoint's, {layer: its (scale, zero point), weight scales}; of tables [K, out]."""
     layers = {}
     for key in tensors:
         if key.endswith(".weight_scale"):
             name = key.removesuffix(".weight_scale")
             reads = float(tensors[f"{name}.input_scale"][0]), int(tensors[f"{name}.input_zero_point"][0])
             layers[name] = reads, tensors[key]
+    return layers
+
+
+def in_floats(tensors):
+    """A quantized file's tensors, NumPy's, as a floating-point file has them, and `layers_of` them."""
+    layers = layers_of(tensors)
     floats = {key: array for key, array in tensors.items() if key.rsplit(".", 1)[0] not in layers}
     for name, ((scale, _), weight_scale) in layers.items():
         weight = tensors[f"{name}.weight"].astype(np.float32)
@@ -131,20 +213,57 @@ def in_floats(tensors):
     return floats, layers
 
 
+def replace(network, layers, make):
+    """Puts `make(name, convolution)` in place of the network's convolutions that `layers` has, of as many outputs. Returns
+    the names of the others, which are no convolutions of their own.
+    """
+    others = set(layers)
+    for name, module in list(network.named_modules()):
+        if name not in layers or not isinstance(module, nn.Conv2d) or module.out_channels != len(layers[name][1]):
+            continue
+        others.remove(name)
+        parent, _, own = name.rpartition(".")
+        setattr(network.get_submodule(parent), own, make(name, module))
+    return others
+
+
 def simulate(network, tensors, layers):
     """Puts SimulatedConv2d in place of the network's convolutions of these names. `tensors`, `layers`: as `in_floats`
-    returns them. Returns the layers that are no convolutions of their own.
+    returns them. Returns those of `layers` that are no convolutions of their own.
     """
-    others = dict(layers)
-    for name, module in list(network.named_modules()):
-        if name not in layers or not isinstance(module, nn.Conv2d):
-            continue
-        reads, weight_scale = others.pop(name)
+
+    def simulated_layer(name, module):
         weight, bias = tensors[f"{name}.weight"], tensors[f"{name}.bias"]
-        layer = SimulatedConv2d(weight, bias, reads, weight_scale, module.stride, module.groups)
-        parent, _, own = name.rpartition(".")
-        setattr(network.get_submodule(parent), own, layer)
-    return others
+        return SimulatedConv2d(weight, bias, *layers[name], module.stride, module.groups)
+
+    return {name: layers[name] for name in replace(network, layers, simulated_layer)}
+
+
+def make_exact(network, tensors):
+    """Puts QuantizedConv2d in place of a network's layers that are in whole numbers in `tensors`, a file's, NumPy's."""
+
+    def exact(name, module):
+        return QuantizedConv2d({key: tensors[f"{name}.{key}"] for key in TENSORS}, module.stride, module.groups)
+
+    replace_all(network, layers_of(tensors), exact)
+
+
+def make_trained(network, layers):
+    """Puts TrainedConv2d in place of a network's `layers`, as `layers_of` has them."""
+    replace_all(network, layers, lambda name, module: TrainedConv2d(module, *layers[name]))
+
+
+def replace_all(network, layers, make):
+    """`replace`, of layers that are all convolutions of their own; those of a ModuleList are one after the other."""
+    others = replace(network, layers, make)
+    if others:
+        raise SystemExit(f"{', '.join(sorted(others))}: in whole numbers, which only `clarus` computes here")
+    for following in network.modules():
+        if not isinstance(following, nn.ModuleList):
+            continue
+        for layer, reader in zip(following, following[1:]):
+            if hasattr(layer, "hands_on") and hasattr(reader, "reads"):
+                layer.hands_on = reader.reads
 
 
 def quantization_of(image):

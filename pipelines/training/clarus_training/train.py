@@ -16,7 +16,8 @@ import time
 
 import torch
 
-from . import dataset, enss_growth, export, model_file, nsrr_growth, validation
+from . import dataset, enss_growth, export, model_file, nsrr_growth, quantized, safetensors, stack_training, validation
+from .frame import run
 from .losses import LOSSES
 from .pipelines import ABLATIONS, PIPELINES
 from .sequence import find
@@ -28,9 +29,9 @@ GROWTH = {"enss": enss_growth.grow, "nsrr": nsrr_growth.grow}
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
     parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
-    sizes = "s, m, l for enss; full, fast for nsrr; s, l for espcn; s, m for clarus"
+    sizes = f"s, m, l for enss; full, fast for nsrr; {', '.join(stack_training.SIZES)} for stack"
     parser.add_argument("--size", help=f"of a network that has several: {sizes}")
-    parser.add_argument("--scale", type=int, choices=range(2, 7), help="of all but clarus, which is for every scale")
+    parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
     data = "sequences, or folders of them; those of other scales are left out"
     parser.add_argument("--data", nargs="+", required=True, help=data)
     parser.add_argument("--validation", nargs="+", default=[], help="likewise, never trained on")
@@ -40,6 +41,9 @@ def parse():
     budget.add_argument("--steps", type=int, help="train for so many steps")
     parser.add_argument("--resume", action="store_true", help="continue from the output folder's checkpoint")
     parser.add_argument("--start", help="a checkpoint or a model file whose weights to start from")
+    whole = "in whole numbers (docs/quantization.md), as --start, a file by `clarus quantize`, has them; its scales stay"
+    parser.add_argument("--int8", action="store_true", help=whole)
+    parser.add_argument("--teacher", help="a model file whose outputs are learned from, in place of references")
     parser.add_argument("--grow", help="enss, nsrr: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
@@ -49,7 +53,7 @@ def parse():
     without = "leave this out: " + "; ".join(f"{name}: {', '.join(each)}" for name, each in ABLATIONS.items())
     parser.add_argument("--without", nargs="+", choices=sum(ABLATIONS.values(), ()), default=[], help=without)
     parser.add_argument("--checked", action="store_true", help="enss, mnss, nsrr: history = checked (docs/history.md)")
-    parser.add_argument("--held", action="store_true", help="enss, espcn, mnss, nsrr: range = held")
+    parser.add_argument("--held", action="store_true", help="enss, mnss, nsrr, stack: range = held")
     parser.add_argument("--previous-frames", type=int, choices=range(5), default=4, help="nsrr: frames of history")
     parser.add_argument("--network-color", choices=["ycbcr", "rgb"], default="ycbcr", help="nsrr: colours it works in")
     parser.add_argument("--batch", type=int, default=4)
@@ -66,9 +70,18 @@ def parse():
     parser.add_argument("--checkpoint-minutes", type=float, default=3)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    if hasattr(PIPELINES[arguments.pipeline], "SCALES") == (arguments.scale is not None):
-        parser.error(f"--scale: {arguments.pipeline} is for {'every scale' if arguments.scale else 'one scale; which?'}")
+    if arguments.int8 and not (arguments.start or "").endswith(".safetensors"):
+        parser.error("--int8: --start is to be a quantized model file, by `clarus quantize`")
+    if arguments.int8 and torch.device(arguments.device).type != "cpu":
+        parser.error("--int8: whole numbers are computed by the CPU alone, --device cpu")
     return arguments
+
+
+def teacher(arguments):
+    network = model_file.load(arguments.teacher).to(arguments.device)
+    if network.scale != arguments.scale:
+        raise SystemExit(f"--teacher {arguments.teacher}: of scale {network.scale}, not {arguments.scale}")
+    return network
 
 
 class Average:
@@ -101,7 +114,11 @@ class Training:
         self.rate = arguments.rate or self.pipeline.RATE
         self.shape = self.pipeline.shape(arguments)
         torch.manual_seed(arguments.seed)
-        self.network = self.pipeline.create(**self.shape).to(arguments.device, memory_format=torch.channels_last)
+        self.network = self.pipeline.create(**self.shape)
+        if arguments.int8:
+            quantized.make_trained(self.network, quantized.layers_of(safetensors.load(arguments.start)[0]))
+        self.network.to(arguments.device, memory_format=torch.channels_last)
+        self.teacher = teacher(arguments) if arguments.teacher else None
         self.optimizer = torch.optim.AdamW(
             self.pipeline.parameter_groups(self.network, arguments), lr=self.rate, weight_decay=arguments.decay
         )
@@ -162,6 +179,9 @@ class Training:
             group["lr"] = rate * group.get("share", 1)
         source = clips[self.iteration % len(clips)]
         frames, reference = source.batch(self.count(source, clips), self.chance, arguments.device)
+        if self.teacher:
+            with torch.no_grad():
+                reference = torch.stack(run(self.teacher, frames))
         kind = torch.device(arguments.device).type
         with torch.autocast(kind, torch.bfloat16, enabled=arguments.amp):
             losses = self.pipeline.loss(self.network, frames, reference, LOSSES.get(arguments.loss), self.progress)
@@ -233,18 +253,23 @@ def told_to_end():
             signal.signal(name, handler)
 
 
-def usable(option, directories, scales):
-    """The sequences there that a network for scales from the first to the last can be compared on."""
-    found = [s for s in find(directories) if scales[0] <= s.scale <= scales[-1] and s.has_references]
+def usable(option, directories, scale):
+    """The sequences there that a network for that scale can be compared on."""
+    found = [sequence for sequence in find(directories) if sequence.scale == scale and sequence.has_references]
     if not found:
-        wanted = " to ".join(str(scale) for scale in scales)
-        raise SystemExit(f"{option}: no sequence of scale {wanted} with references in {', '.join(directories)}")
+        raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
     return found
 
 
 def starting_weights(training, path):
     """Of a checkpoint or of a model file."""
-    if path.endswith(".safetensors"):
+    if training.arguments.int8:
+        tensors, layers = quantized.in_floats(safetensors.load(path)[0])
+        if not layers:
+            raise SystemExit(f"--start {path}: no layer is in whole numbers; `clarus quantize` makes such a file")
+        buffers = {name: tensor for name, tensor in training.network.state_dict().items() if name not in tensors}
+        state = {**buffers, **{name: torch.tensor(array, dtype=torch.float32) for name, array in tensors.items()}}
+    elif path.endswith(".safetensors"):
         trained = model_file.load(path)
         if hasattr(training.pipeline, "adopt"):
             return training.pipeline.adopt(training.network, trained)
@@ -274,9 +299,8 @@ def main():
         training.start_from(starting_weights(training, arguments.start))
     elif arguments.grow:
         training.grow_from(arguments.grow)
-    scales = getattr(training.pipeline, "SCALES", (arguments.scale,))
-    sequences = usable("--data", arguments.data, scales)
-    held_out = usable("--validation", arguments.validation, scales) if arguments.validation else []
+    sequences = usable("--data", arguments.data, arguments.scale)
+    held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
     kind = dict(turn=not arguments.no_turns, tint=not arguments.no_tints, eventful=arguments.events)
     checked = getattr(training.network, "checked", False)

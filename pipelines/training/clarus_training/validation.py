@@ -46,7 +46,7 @@ class Library:
 def run(network, sequence, frames=None, library=None):
     """Per frame, the PSNR of the network's output and of bicubic, both as 8-bit files hold them. `library` has the same
     frames to compare."""
-    device = next(network.parameters()).device
+    device = next(network.parameters(), torch.empty(0)).device  # layers in whole numbers have none
     network.scale = sequence.scale
     figures, state = [], None
     with torch.no_grad():

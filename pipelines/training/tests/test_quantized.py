@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import torch
 
-from clarus_training import golden, model_file, onnx, quantized, safetensors
+from clarus_training import enss, golden, mnss, model_file, onnx, operators, quantized, safetensors
 from clarus_training.frame import Frame
 
 
@@ -78,9 +78,65 @@ class Files(unittest.TestCase):
     def test_a_network_that_is_not_computed_here_says_so(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "model.safetensors")
-            safetensors.save(path, {"first.weight": np.zeros((1, 1, 1, 1), np.int8)}, dict(pipeline="srpo", scale="2"))
-            with self.assertRaisesRegex(SystemExit, "is quantized"):
+            network = enss.create(scale=2, features=4, middle=1, hidden=8)
+            model_file.save(path, network, operators.halton_jitter(2))
+            tensors, metadata = safetensors.load(path)
+            rows, weight = tensors["first.bias"].shape, tensors["first.weight"]
+            whole = dict(weight=weight.astype(np.int8), weight_scale=np.ones(rows, np.float32), bias=np.ones(rows, np.int32))
+            whole.update(input_scale=np.ones(1, np.float32), input_zero_point=np.zeros(1, np.int32))
+            safetensors.save(path, {**tensors, **{f"first.{key}": array for key, array in whole.items()}}, metadata)
+            with self.assertRaisesRegex(SystemExit, "first: in whole numbers"):
                 model_file.load(path)
+
+
+def some_layer(seed, inputs, outputs, size=3, largest=1.0):
+    """A layer that learns, for inputs from −1 to 5."""
+    torch.manual_seed(seed)
+    layer = torch.nn.Conv2d(inputs, outputs, size, padding=size // 2)
+    with torch.no_grad():
+        layer.weight.mul_(largest / layer.weight.abs().max())
+    scales = layer.weight.detach().abs().amax(dim=(1, 2, 3)) / 120
+    return quantized.TrainedConv2d(layer, (6 / 255, 43), scales)
+
+
+class Trained(unittest.TestCase):
+    def test_a_layer_that_learns_has_the_bits_of_what_it_is_saved_as(self):
+        image = 6 * torch.rand(2, 5, 7, 9, generator=torch.Generator().manual_seed(1)) - 1
+        for inputs, hands_on in ((5, None), (5, (np.float32(0.013), 17)), (600, None), (600, (np.float32(2.5), 90))):
+            layer = some_layer(2, inputs, 4)
+            layer.hands_on = hands_on
+            exact = quantized.QuantizedConv2d(layer.tensors())
+            exact.hands_on = hands_on
+            seen = image.repeat(1, inputs // 5, 1, 1)
+            self.assertTrue(torch.equal(layer(seen), exact(seen).float()))
+
+    def test_gradients_are_those_without_rounding_but_for_what_is_clamped(self):
+        layer = some_layer(3, 4, 3)
+        plain = torch.nn.Conv2d(4, 3, 3, padding=1)
+        plain.load_state_dict({"weight": layer.weight.detach(), "bias": layer.bias.detach()})
+        images = [(6 * torch.rand(1, 4, 6, 8, generator=torch.Generator().manual_seed(4)) - 1) for _ in range(2)]
+        images[0][0, 0, 2, 3] = images[1][0, 0, 2, 3] = 40
+        for image, network in zip(images, (layer, plain)):
+            image.requires_grad_()
+            (network(image) * torch.arange(3)[:, None, None]).sum().backward()
+        self.assertEqual(images[0].grad[0, 0, 2, 3], 0)
+        images[1].grad[0, 0, 2, 3] = 0
+        torch.testing.assert_close(images[0].grad, images[1].grad, rtol=0.02, atol=0.02)
+        torch.testing.assert_close(layer.bias.grad, plain.bias.grad, rtol=1e-5, atol=1e-5)
+        unclamped = slice(1, None)  # input channels
+        torch.testing.assert_close(layer.weight.grad[:, unclamped], plain.weight.grad[:, unclamped], rtol=0.02, atol=0.5)
+
+    def test_layers_one_after_the_other_hand_numbers_on(self):
+        network = mnss.create(scale=2)
+        layers = {}
+        for name, module in network.named_modules():
+            if isinstance(module, torch.nn.Conv2d) and name != "inpaint":
+                layers[name] = (0.01, 3), torch.full((module.out_channels,), 0.001)
+        quantized.make_trained(network, layers)
+        self.assertEqual(network.antialias[0].hands_on, network.antialias[1].reads)
+        self.assertIsNone(network.antialias[1].hands_on)
+        self.assertEqual(network.reconstruct[2].hands_on, network.reconstruct[3].reads)
+        self.assertIsInstance(network.inpaint, torch.nn.Conv2d)
 
 
 class Simulated(unittest.TestCase):

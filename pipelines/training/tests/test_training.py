@@ -17,7 +17,22 @@ import OpenImageIO as oiio
 import torch
 
 import make_data
-from clarus_training import dataset, distil, enss, evaluate, export, manifest, model_file, operators, sequence, train
+from clarus_training import (
+    dataset,
+    distil,
+    enss,
+    evaluate,
+    export,
+    frame,
+    manifest,
+    mnss,
+    model_file,
+    operators,
+    quantized,
+    safetensors,
+    sequence,
+    train,
+)
 
 
 def write(path, pixels):
@@ -215,6 +230,46 @@ class Loop(WithData):
                     outputs = [network.step(data.frame(t))[0] for network in (loaded, trained)]
                     self.assertLess((outputs[0] - outputs[1]).abs().max().item(), 1e-4, pipeline)
 
+    def quantize(self, network, path):
+        """Writes it with all its layers in whole numbers, for what they read of the data."""
+        seen, layers = {}, {name: each for name, each in network.named_modules() if isinstance(each, torch.nn.Conv2d)}
+        for name, layer in layers.items():
+            layer.register_forward_hook(lambda _, inputs, __, name=name: seen.setdefault(name, []).append(inputs[0]))
+        (data,) = sequence.find([self.at("data")])
+        with torch.no_grad():
+            frame.run(network, [data.frame(t) for t in range(4)])
+        tensors, metadata = mnss.model_tensors(network)
+        for name, layer in layers.items():
+            reads = quantized.quantization_of(torch.cat(seen[name]))
+            own = quantized.quantize(layer.weight.detach().numpy(), layer.bias.detach().numpy(), *reads)
+            tensors.update({f"{name}.{key}": array for key, array in own.items()})
+        safetensors.save(path, tensors, metadata)
+
+    def test_a_network_in_whole_numbers_learns_from_the_one_in_floats(self):
+        start, teacher, model = (self.at(f"{name}.safetensors") for name in ("start", "teacher", "model"))
+        torch.manual_seed(3)
+        network = mnss.Mnss(2)
+        model_file.save(teacher, network)
+        with torch.no_grad():
+            for parameter in network.parameters():
+                parameter.add_(0.03 * torch.randn_like(parameter))
+        self.quantize(network, start)
+        words = ["--int8", "--start", start, "--teacher", teacher, "--steps", 60, "--rate", 2e-3, "--loss", "l1"]
+        self.train("whole", *words, "--no-turns", "--no-tints", pipeline="mnss", size=())
+        checkpoint = self.at("whole", "checkpoint.pt")
+        run(export, checkpoint, model)
+        self.assertEqual(safetensors.load(model)[1]["quantization"], "int8")
+        self.assertEqual(safetensors.load(model)[0]["reconstruct.1.weight"].dtype, np.int8)
+        (data,) = sequence.find([self.at("data")])
+        clip = [data.frame(t) for t in range(4)]
+        with torch.no_grad():
+            made = {name: frame.run(model_file.load(name), clip)[-1] for name in (start, teacher, model)}
+            trained = frame.run(export.load_checkpoint(checkpoint), clip)[-1]
+        distances = [(made[name] - made[teacher]).abs().mean().item() for name in (start, model)]
+        self.assertLess(distances[1], 0.6 * distances[0])
+        self.assertLess((trained - made[model]).abs().max().item(), 1e-5)
+        with self.assertRaisesRegex(SystemExit, "teacher.*no layer is in whole numbers"):
+            self.train("floats", "--int8", "--start", teacher, "--steps", 1, pipeline="mnss", size=())
 
     def test_weights_are_mixed(self):
         for seed in (0, 1):
