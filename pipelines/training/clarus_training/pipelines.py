@@ -10,20 +10,19 @@ Each is a module with
 - `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back;
   where they are missing, that is the scale and the tensors as the network calls them.
 
-A network has `pipeline`, its model files', of which FILES has the last two functions; `scale`; `ahead(frames)`, one
-value a frame of whatever needs no history; where history may be checked, `place(ahead)`, the history.Place of it; and `step(frame, state, ahead, inside)`, which returns the output
-[N, 3, H, W] and the new state.
+A network has `pipeline`, its model files'; `scale`; `ahead(frames)`, one value a frame of whatever needs no history;
+where history may be checked, `place(ahead)`, the history.Place of it; and `step(frame, state, ahead, inside)`, which
+returns the output [N, 3, H, W] and the new state.
 """
 
-from . import enss, espcn, mnss, nsrr, nss, srpo, stack
+from . import enss, mnss, nsrr, nss, srpo, stack_training
 
 PIPELINES = {
     "enss": enss,
-    "espcn": espcn,
     "mnss": mnss,
     "nsrr": nsrr,
     "nss": nss,
     "srpo": srpo,
+    "stack": stack_training,
 }
 ABLATIONS = {name: module.ABLATIONS for name, module in PIPELINES.items() if hasattr(module, "ABLATIONS")}
-FILES = {**PIPELINES, "stack": stack}

@@ -1,6 +1,7 @@
 """SRPO beside other upscalers of single images, as its paper compares them (Gu et al. 2022, section 4.1).
 
 python3 -m clarus_training.rasterized CLARUS DIRECTORY --srpo MODEL [--others MODEL...] [--every N] [--keep DIRECTORY]
+    [--times BENCH.json --plot FILE.svg]
 
 DIRECTORY holds sequences without jitter whose references have one sample a pixel. The reference is the morphologically
 antialiased (MLAA) reference image. SRPO sees the aliased image, and MLAA works on its output; every other upscaler sees
@@ -14,6 +15,7 @@ import shutil
 import sys
 import tempfile
 
+from . import trade_off
 from .evaluate import mean, run
 from .sequence import find
 from .single_images import antialias, write_sequence
@@ -56,7 +58,12 @@ def main():
     parser.add_argument("--every", type=int, default=1, metavar="N", help="frames: the first of every N")
     parser.add_argument("--keep", metavar="DIRECTORY", help="to leave each sequence's outputs and references in")
     parser.add_argument("--markdown", action="store_true", help="print a table for a model card")
+    parser.add_argument("--times", metavar="JSON", help="a result of `clarus bench -o` with these models, for --plot")
+    parser.add_argument("--plot", metavar="SVG", help="to draw PSNR and SSIM over time in")
     arguments = parser.parse_args()
+    if bool(arguments.times) != bool(arguments.plot):
+        parser.error("--times and --plot: one without the other")
+    times = trade_off.times_of(arguments.times) if arguments.times else {}
     methods = dict.fromkeys(["nearest", "bicubic", "lanczos", "fsr1", *arguments.others], "--antialias-input")
     methods.update(dict.fromkeys(arguments.srpo, "--antialias"))
     if len(set(map(name_of, methods))) < len(methods):
@@ -76,10 +83,15 @@ def main():
         if arguments.keep:
             shutil.copytree(temporary, f"{arguments.keep}.part", dirs_exist_ok=True)
             os.rename(f"{arguments.keep}.part", arguments.keep)
+    means = {
+        name_of(model): {name: mean([measured[name] for measured in each]) for name in ("psnr", "ssim")}
+        for model, each in figures.items()
+    }
     rows = [["upscaler", "PSNR", "SSIM"]] + ([["---", "--:", "--:"]] if arguments.markdown else [])
-    for model, each in figures.items():
-        psnr, ssim = (mean([measured[name] for measured in each]) for name in ("psnr", "ssim"))
-        rows.append([name_of(model), f"{psnr:.2f}", f"{ssim:.4f}"])
+    rows += [[model, f"{each['psnr']:.2f}", f"{each['ssim']:.4f}"] for model, each in means.items()]
+    if arguments.plot:
+        with open(arguments.plot, "w") as file:
+            file.write(trade_off.plot(means, times))
     for row in rows:
         print(f"| {' | '.join(row)} |" if arguments.markdown else f"{row[0]:<24}{row[1]:>8}{row[2]:>9}")
 

@@ -7,7 +7,20 @@ import unittest
 
 import torch
 
-from clarus_training import enss, espcn, frame, golden, mnss, model_file, nsrr, nsrr_growth, nss, operators, srpo, stack
+from clarus_training import (
+    enss,
+    frame,
+    golden,
+    mnss,
+    model_file,
+    nsrr,
+    nsrr_growth,
+    nss,
+    operators,
+    srpo,
+    stack,
+    stack_training,
+)
 from clarus_training.frame import Frame
 
 
@@ -33,7 +46,7 @@ def networks(scale=2):
         "mnss": mnss.create(scale),
         "nss": nss.create(scale),
         "srpo": srpo.create(scale),
-        "espcn": espcn.create(scale, (4, 6)),
+        **{size: stack_training.create(scale, size) for size in stack_training.SIZES},
     }
     for name in ("nsrr", "nsrr alone"):
         for parameter in every[name].parameters():
@@ -101,7 +114,7 @@ class Networks(unittest.TestCase):
             mixed, _ = network.step(half, state)
             self.assertLess((mixed[0] - reset[0]).abs().max().item(), 1e-5, name)
             self.assertLess((mixed[1] - continued[1]).abs().max().item(), 1e-5, name)
-            if name not in ("srpo", "espcn", "nsrr alone"):
+            if name not in ("srpo", "nsrr alone", *stack_training.SIZES):
                 self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
 
     def test_ablations(self):
