@@ -10,7 +10,8 @@
 
 namespace clarus {
 
-/// PlacementCosts::seconds of a fused graph on one device: the least of a few frames of flat images. Compiles and allocates what the whole network needs there. Errors: build, out_of_memory, device.
+/// PlacementCosts::seconds of a fused graph on one device: the least of a few frames of flat images. Compiles and
+/// allocates what the whole network needs there. Errors: build, out_of_memory, device.
 std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fused, runtime::PlanOptions options,
                                   const FrameSizes& sizes, const runtime::FrameConstants& constants);
 

@@ -158,9 +158,9 @@ TEST_CASE("what auto has chosen is kept, and nothing else that lies there is tak
     CHECK(taken[0].device == 1);
     CHECK(taken[0].seconds >= 1e6);
 
-    for (const std::string& text :
-         {std::string("{"), std::string("{}"), json.dump().substr(0, 20),
-          std::string(R"({"places": [1], "seconds": [[0], [0]]})"), std::string(R"({"places": ["a"], "seconds": 3})")}) {
+    for (const std::string& text : {std::string("{"), std::string("{}"), json.dump().substr(0, 20),
+                                    std::string(R"({"places": [1], "seconds": [[0], [0]]})"),
+                                    std::string(R"({"places": ["a"], "seconds": 3})")}) {
         write(text);
         CHECK(placed().front().seconds < 1e6);
     }

@@ -47,8 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (choice.places.empty()) return 0;
     // No number has become another.
     const nlohmann::json said = nlohmann::json::parse(data, data + size);
-    if (said.at("places") != nlohmann::json(choice.places) || choice.seconds.size() != 2)
-        __builtin_trap();
+    if (said.at("places") != nlohmann::json(choice.places) || choice.seconds.size() != 2) __builtin_trap();
     for (const int place : choice.places)
         if (place < 0 || place > 1) __builtin_trap();
     return 0;
