@@ -74,15 +74,15 @@ void print_models_as_json() {
 }
 
 void print_models() {
-    fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
+    fmt::print("{:<18}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
     for (const std::string& name : Model::names()) {
         try {
             const Model model = Model::find(name);
             const io::Safetensors* tensors = model.tensors();
-            fmt::print("{:<16}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(), scale_text(model),
+            fmt::print("{:<18}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(), scale_text(model),
                        tensors ? tensors->elements() : 0);
         } catch (const Error& error) {
-            fmt::print("{:<16}  {}\n", name, error.what());
+            fmt::print("{:<18}  {}\n", name, error.what());
         }
     }
     fmt::print("\noptions of pipelines, for clarus upscale\n");

@@ -172,10 +172,12 @@ std::vector<Candidate> candidates(const Samples& samples, const std::optional<do
     return result;
 }
 
-QuantizedFile quantized(const Model& model, const Layers& layers, const Samples& samples, const Inputs& inputs) {
+using Quantizers = std::map<std::string, WeightQuantizer>;
+
+QuantizedFile quantized(const Model& model, const Layers& layers, const Quantizers& quantizers, const Inputs& inputs) {
     QuantizedFile file(model, layers);
     for (const auto& [name, parameters] : layers)
-        file.put(name, *parameters, quantized_weights(*parameters, samples.at(name), inputs.at(name)));
+        file.put(name, *parameters, quantizers.at(name).weights(inputs.at(name)));
     return file;
 }
 
@@ -209,13 +211,21 @@ void quantize(const QuantizeOptions& options) {
     };
     const Calibration::Outputs wanted = outputs(model, "upscaling in floating point");
 
+    Quantizers quantizers;
+    with_progress("preparing layers", [&](const auto& progress) {
+        for (const auto& [name, parameters] : layers) {
+            progress(quantizers.size(), layers.size());
+            quantizers.emplace(name, WeightQuantizer(*parameters, samples.at(name)));
+        }
+    });
+
     const io::TemporaryFolder scratch;
     const fs::path file = scratch.path() / (model.name() + ".safetensors");
     Candidate best;
     double best_psnr = -1;
     fmt::print("{}: {} layers in int8\n", model.name(), layers.size());
     for (const Candidate& candidate : candidates(samples, options.percentile)) {
-        quantized(model, layers, samples, candidate.inputs).write(file);
+        quantized(model, layers, quantizers, candidate.inputs).write(file);
         const Calibration::Outputs made = outputs(Model::load(file.string()), "upscaling with " + candidate.name);
         const double psnr = Calibration::psnr(made, wanted);
         fmt::print("  {:>24}: {:.2f} dB from the floating-point model\n", candidate.name, psnr);
@@ -224,7 +234,7 @@ void quantize(const QuantizeOptions& options) {
         best_psnr = psnr;
     }
     print_inputs(best.inputs);
-    quantized(model, layers, samples, best.inputs).write(options.output);
+    quantized(model, layers, quantizers, best.inputs).write(options.output);
     fmt::print("{}: with {}\n", options.output.string(), best.name);
 }
 

@@ -6,8 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "cli/compensated_rounding.h"
-
 namespace clarus::cli {
 namespace {
 
@@ -118,22 +116,25 @@ graph::Quantization closest_quantization(const LayerSamples& samples, std::span<
     return closest;
 }
 
-graph::QuantizedWeights quantized_weights(const graph::Parameters& layer, const LayerSamples& samples,
-                                          const graph::Quantization& input) {
-    const ChannelMeans means = means_of(samples, input);
-    const size_t taps = layer.taps(), group_in = layer.in_channels / layer.groups;
-    const size_t group_out = layer.out_channels / layer.groups, row_length = group_in * taps;
-    std::vector<CompensatedRounding> roundings;
+WeightQuantizer::WeightQuantizer(const graph::Parameters& layer, const LayerSamples& samples)
+    : layer_(layer), samples_(samples) {
+    const size_t taps = layer.taps(), row_length = layer.in_channels / layer.groups * taps;
     for (int group = 0; group < layer.groups; ++group)
-        roundings.emplace_back(samples.patches(), layer.in_channels * taps, group * row_length, row_length);
+        roundings_.emplace_back(samples.patches(), layer.in_channels * taps, group * row_length, row_length);
+}
+
+graph::QuantizedWeights WeightQuantizer::weights(const graph::Quantization& input) const {
+    const ChannelMeans means = means_of(samples_, input);
+    const size_t taps = layer_.taps(), group_in = layer_.in_channels / layer_.groups;
+    const size_t group_out = layer_.out_channels / layer_.groups, row_length = group_in * taps;
     graph::QuantizedWeights result{input};
-    for (size_t channel = 0; channel < layer.biases.size(); ++channel) {
-        const size_t group = channel % layer.out_channels / group_out;
-        const std::span weights = std::span(layer.weights).subspan(channel * row_length, row_length);
-        const double bias = layer.biases[channel];
+    for (size_t channel = 0; channel < layer_.biases.size(); ++channel) {
+        const size_t group = channel % layer_.out_channels / group_out;
+        const std::span weights = std::span(layer_.weights).subspan(channel * row_length, row_length);
+        const double bias = layer_.biases[channel];
         // A channel of zeros keeps its bias to many digits all the same.
         const double smallest = std::max(1e-6, std::abs(bias) / input.scale / (1 << 24));
-        const RoundedRow row = rounded_row(weights, roundings[group], smallest);
+        const RoundedRow row = rounded_row(weights, roundings_[group], smallest);
         result.weights.insert(result.weights.end(), row.weights.begin(), row.weights.end());
         result.scales.push_back(static_cast<float>(row.scale));
         double lost_mean = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clarus/types.h"
+#include "cli/compensated_rounding.h"
 #include "graph/graph.h"
 
 namespace clarus::cli {
@@ -37,9 +38,20 @@ graph::Quantization quantization_of(const LayerSamples& samples, double percent)
 graph::Quantization closest_quantization(const LayerSamples& samples, std::span<const double> percentages);
 
 /// A layer's float weights as whole numbers (docs/quantization.md), each output channel's scale chosen so that its
-/// results of the samples change least; rounded by CompensatedRounding. Biases make up for what the mean result changes
-/// by.
-graph::QuantizedWeights quantized_weights(const graph::Parameters& layer, const LayerSamples& samples,
-                                          const graph::Quantization& input);
+/// results of the samples change least; rounded by CompensatedRounding, which takes most of the time and is prepared
+/// once. Biases make up for what the mean result changes by.
+class WeightQuantizer {
+  public:
+    /// Both outlive it.
+    WeightQuantizer(const graph::Parameters& layer, const LayerSamples& samples);
+
+    /// For an input that is rounded so.
+    graph::QuantizedWeights weights(const graph::Quantization& input) const;
+
+  private:
+    const graph::Parameters& layer_;
+    const LayerSamples& samples_;
+    std::vector<CompensatedRounding> roundings_;  // of each group of channels
+};
 
 }  // namespace clarus::cli

@@ -105,7 +105,7 @@ TEST_SUITE("small") {
         layer.weights = {0.3f, -0.7f, 0.2f, 0.9f, 0, 0, 1e-3f, -2e-3f};
         layer.biases = {0.1f, -0.2f, 0.625f, 0};
         const graph::Quantization input = quantization_of(samples, 99);
-        const graph::QuantizedWeights weights = quantized_weights(layer, samples, input);
+        const graph::QuantizedWeights weights = WeightQuantizer(layer, samples).weights(input);
         REQUIRE(weights.weights.size() == 8);
         for (size_t channel = 0; channel < 4; ++channel) {
             double wanted = 0, made = 0;
