@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "base/rounding.h"
+#include "runtime/bands.h"
 #include "runtime/implementations/convolution_input.h"
 #include "runtime/implementations/lowering.h"
 
@@ -199,15 +200,15 @@ std::vector<std::int32_t> pack_streamed(const Convolution& convolution, const Pa
 }
 
 std::vector<Choices> streamed_choices(const Problem& problem, const DeviceProfile& profile) {
-    constexpr int kRows = 16, kPixels = 4;
-    const int kernel = problem.parameters->kernel;
+    constexpr int kPixels = 4;
+    const int kernel = problem.parameters->kernel, rows = band_granule(profile);  // more do not work on bands
     const TensorLayout& input = problem.inputs[0];
     const int pixel = input.storage == Storage::u8 ? input.stride : round_up(problem.parameters->in_channels, 4);
     std::vector<Choices> result;
     for (const int width : {64, 32, 16, 8}) {
         const size_t line = size_t(pixel) * (width + kernel - 1 + kPixels);
         if (line * (kernel + 1) > profile.local_memory) continue;
-        result.push_back({{"WIDTH", width}, {"ROWS", kRows}, {"PIXELS", kPixels}});
+        result.push_back({{"WIDTH", width}, {"ROWS", rows}, {"PIXELS", kPixels}});
     }
     return result;
 }

@@ -257,7 +257,8 @@ def replace_all(network, layers, make):
     """`replace`, of layers that are all convolutions of their own; those of a ModuleList are one after the other."""
     others = replace(network, layers, make)
     if others:
-        raise SystemExit(f"{', '.join(sorted(others))}: in whole numbers, which only `clarus` computes here")
+        names = ", ".join(sorted(others))
+        raise SystemExit(f"{names}: no convolutions of their own in PyTorch; in whole numbers only `clarus` runs them")
     for following in network.modules():
         if not isinstance(following, nn.ModuleList):
             continue
