@@ -7,6 +7,7 @@
 
 #include "base/image_format.h"
 #include "cl/error.h"
+#include "graph/partition.h"
 #include "runtime/program.h"
 
 namespace clarus {
@@ -65,13 +66,6 @@ void share_out(double ingest, const graph::Graph& graph, std::vector<double>& se
     for (size_t value = 0; value < graph.nodes.size(); ++value) seconds[value] += ingest * elements(value) / all;
 }
 
-/// The node whose kernel writes the memory that a value is in.
-graph::Value maker_of(const graph::Graph& graph, graph::Value value) {
-    while (graph::aliases_memory(graph.nodes[value].op) && !graph.nodes[value].inputs.empty())
-        value = graph.nodes[value].inputs[0];
-    return value;
-}
-
 double seconds_of_copy(ocl::Context& from, ocl::Context& to, size_t bytes) {
     const cl::Buffer source(from.context(), CL_MEM_READ_WRITE, bytes),
         destination(to.context(), CL_MEM_READ_WRITE, bytes);
@@ -112,7 +106,7 @@ std::vector<double> measure_nodes(ocl::Context& context, const graph::Graph& fus
     const size_t first = plan->ingests() ? 1 : 0;
     if (first) share_out(least_of_frames(profile.front()), fused, seconds);
     if (plan->presents() && plan->presenting < 0)
-        seconds[maker_of(fused, fused.output)] += least_of_frames(profile[first + plan->stages.size()]);
+        seconds[graph::maker_of_memory(fused, fused.output)] += least_of_frames(profile[first + plan->stages.size()]);
     // The plan's nodes are the graph's, in their order, and copies in between, which count for what they are made of.
     size_t stage = 0;
     size_t node = 0;

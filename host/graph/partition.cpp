@@ -207,10 +207,7 @@ class Extraction {
 
     /// A copy where the value is in memory that another part writes again.
     Value in_own_memory(Value value) {
-        Value maker = value;
-        while (aliases_memory(graph.nodes[maker].op) && !graph.nodes[maker].inputs.empty())
-            maker = graph.nodes[maker].inputs[0];
-        if (!std::holds_alternative<Import>(graph.nodes[maker].op)) return value;
+        if (!std::holds_alternative<Import>(graph.nodes[maker_of_memory(graph, value)].op)) return value;
         graph.nodes.push_back({Pointwise{{}, {0}}, {value}, graph.shape(value), "copy"});
         return static_cast<Value>(graph.nodes.size()) - 1;
     }
@@ -231,6 +228,12 @@ class Extraction {
 };
 
 }  // namespace
+
+Value maker_of_memory(const Graph& graph, Value value) {
+    while (aliases_memory(graph.nodes[value].op) && !graph.nodes[value].inputs.empty())
+        value = graph.nodes[value].inputs[0];
+    return value;
+}
 
 std::vector<int> part_of_nodes(const Graph& graph, const std::vector<int>& places) {
     return Numbering(graph, places).part_of();

@@ -28,6 +28,9 @@ struct Partition {
     std::vector<Link> links;
 };
 
+/// What writes the memory that a value is in: itself, or what it is a view of.
+Value maker_of_memory(const Graph& graph, Value value);
+
 /// Which part each node's value is made in; −1 where no kernel makes it. `places`: as partition's.
 std::vector<int> part_of_nodes(const Graph& graph, const std::vector<int>& places);
 
