@@ -60,6 +60,26 @@ DEFINE_PACK(pack_direct) {
         packed[tap * shape.in_channels * width] = co < shape.out_channels ? weights[tap] : 0;
 }
 
+INLINE ushort bf16(float v) {
+    const uint bits = as_uint(v);
+    return (bits + 0x7fff + (bits >> 16 & 1)) >> 16;
+}
+
+// The same with pairs of weights in bfloat16, each of two input channels. Work-items: (input channels, rounded up to
+// whole pairs; output channels of whole blocks).
+DEFINE_PACK(pack_bf16) {
+    const int ci = get_global_id(0), co = get_global_id(1), blocks = BLOCKS_OF(shape.out_channels);
+    packed += packed_offset;
+    weights += weights_offset + (co * shape.in_channels + ci) * shape.taps;
+    if (ci == 0) packed[co] = co < shape.out_channels ? biases[biases_offset + co] : 0;
+    const int before = co / 16 / shape.group * shape.group, width = 16 * min(shape.group, blocks - before);
+    const int pairs = (shape.in_channels + 1) / 2;
+    packed += 16 * blocks + before * 16 * shape.taps * pairs + ci / 2 * width + co - 16 * before;
+    for (int tap = 0; tap < shape.taps; ++tap)
+        ((global ushort*)(packed + tap * pairs * width))[ci % 2] =
+            co < shape.out_channels && ci < shape.in_channels ? bf16(weights[tap]) : 0;
+}
+
 // Gg for one row or column of a kernel.
 INLINE void transform_kernel(float a, float b, float c, float* out, int step) {
     out[0] = a / 4;

@@ -208,9 +208,11 @@ void add_upscaler(nb::module_& module) {
                const std::string& placement, bool fallback, int band_rows, bool diagnose, bool alpha,
                const std::vector<std::string>& views) {
                 UpscalerOptions options;
-                options.precision = value_of<Precision>(
-                    "precision", precision,
-                    {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"automatic", Precision::automatic}});
+                options.precision = value_of<Precision>("precision", precision,
+                                                        {{"fp32", Precision::fp32},
+                                                         {"fp16", Precision::fp16},
+                                                         {"bf16", Precision::bf16},
+                                                         {"automatic", Precision::automatic}});
                 options.tuning = value_of<Tuning>("tuning", tuning,
                                                   {{"stored", Tuning::stored},
                                                    {"measure", Tuning::measure},

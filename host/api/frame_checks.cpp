@@ -93,7 +93,7 @@ void check_optional(std::string_view name, const Image& image, std::string_view 
 
 void check_options(const runtime::PlanOptions& options, const graph::Graph& graph) {
     constexpr int kMostChannels = 16;
-    check_word("precision", options.precision, Precision::automatic);
+    check_word("precision", options.precision, Precision::bf16);
     check_word("tuning", options.tuning, Tuning::obvious);
     check_word("color_space", options.color_space, ColorSpace::linear);
     check_motion_scale("options.motion.scale", options.motion.scale);

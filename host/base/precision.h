@@ -11,6 +11,8 @@ inline const char* name_of(Precision precision) {
             return "fp32";
         case Precision::fp16:
             return "fp16";
+        case Precision::bf16:
+            return "bf16";
         case Precision::automatic:
             break;
     }

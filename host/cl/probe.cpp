@@ -45,27 +45,51 @@ kernel void probe(global half* values) {
 constexpr cl_ushort half_one = 0x3c00;
 constexpr Values half_arithmetic_given = {0x6800, half_one, 0, 0};
 
-// Asks the processor and the system, not the driver, for vpdpbusd on registers of 512 bits. Compilers that do not say
-// that they use such registers, and would refuse the assembly, are given none: PoCL's tells standard error of errors.
+// Asks the processor and the system, not the driver, for instructions on registers of 512 bits. Compilers that do not
+// say that they use such registers, and would refuse the assembly, are given none: PoCL's tells standard error of
+// errors.
+constexpr const char* x86_source = R"(
+#if defined(__x86_64__) && defined(__AVX512F__)
+#define WIDE_X86
+typedef struct { uint a, b, c, d; } Registers;
+static inline __attribute__((always_inline)) Registers cpuid(uint leaf, uint part) {
+    Registers r = {leaf, 0, part, 0};
+    __asm__ volatile("cpuid" : "+a"(r.a), "=b"(r.b), "+c"(r.c), "=d"(r.d));
+    return r;
+}
+static inline __attribute__((always_inline)) int has_wide_registers(void) {
+    const uint xgetbv = cpuid(1, 0).c >> 27 & 1, wide = cpuid(7, 0).b >> 16 & 1;
+    if (!xgetbv || !wide) return 0;
+    uint a = 0, d, c = 0;
+    __asm__ volatile("xgetbv" : "+a"(a), "=d"(d) : "c"(c));
+    return (a & 0xe6) == 0xe6;  // the system keeps all of them
+}
+#endif
+)";
+
 constexpr const char* vnni_source = R"(
 kernel void probe(global ushort* values) {
-#if defined(__x86_64__) && defined(__AVX512F__)
-    uint a = 7, b, c = 0, d;
-    __asm__ volatile("cpuid" : "+a"(a), "=b"(b), "+c"(c), "=d"(d));
-    const uint registers_of_512_bits = b >> 16 & 1, vnni = c >> 11 & 1;
-    a = 1;
-    c = 0;
-    __asm__ volatile("cpuid" : "+a"(a), "=b"(b), "+c"(c), "=d"(d));
-    const uint xgetbv = c >> 27 & 1;
-    if (!registers_of_512_bits || !vnni || !xgetbv) return;
-    a = 0;
-    c = 0;
-    __asm__ volatile("xgetbv" : "+a"(a), "=d"(d) : "c"(c));
-    if ((a & 0xe6) != 0xe6) return;  // the system does not keep all of the registers
+#ifdef WIDE_X86
+    if (!has_wide_registers() || !(cpuid(7, 0).c >> 11 & 1)) return;
     int16 sum = 1;
     const int16 numbers = (int16)(0x01ff0000), weights = (int16)(0x0280ffff);
     __asm__("vpdpbusd %2, %1, %0" : "+v"(sum) : "v"(numbers), "v"(weights));
     values[0] = sum.s0 == 1 + 1 * 2 + 255 * -128 && sum.sf == sum.s0;
+#endif
+}
+)";
+
+// Products of bfloat16, and rounding to it: 1 + 2 * 3 + 4 * 5, and 1 + 1/256, which is half-way to the odd neighbour.
+constexpr const char* bf16_source = R"(
+kernel void probe(global ushort* values) {
+#ifdef WIDE_X86
+    if (!has_wide_registers() || cpuid(7, 0).a == 0 || !(cpuid(7, 1).a >> 5 & 1)) return;
+    float16 sum = 1.0f;
+    const uint16 numbers = (uint16)(0x40804000), weights = (uint16)(0x40a04040);
+    __asm__("vdpbf16ps %2, %1, %0" : "+v"(sum) : "v"(numbers), "v"(weights));
+    ushort16 rounded;
+    __asm__("vcvtneps2bf16 %1, %0" : "=v"(rounded) : "v"((float16)(1.00390625f)));
+    values[0] = sum.s0 == 27.0f && sum.sf == sum.s0 && rounded.s0 == 0x3f80 && rounded.sf == rounded.s0;
 #endif
 }
 )";
@@ -103,7 +127,8 @@ Abilities probe_now(const cl::Device& device, const std::string& claims_program,
     if (is_simulator(device)) return abilities;
     if (claims[3] == 1)
         abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given, passing)[2] == half_one;
-    abilities.vnni = run(device, vnni_source, {}, passing)[0] == 1;
+    abilities.vnni = run(device, std::string(x86_source) + vnni_source, {}, passing)[0] == 1;
+    abilities.bf16 = run(device, std::string(x86_source) + bf16_source, {}, passing)[0] == 1;
     return abilities;
 }
 
@@ -113,10 +138,10 @@ Abilities probe(const cl::Device& device) {
     const DiskCache cache(programs_directory());
     const ProgramUnit claims{"probe.cl", claims_source, ""};
     const std::string claims_program = program_text({&claims, 1});
-    const CacheKey key =
-        hash_of_parts({"abilities", claims_program, half_arithmetic_source, vnni_source, device_identity(device)});
-    if (const auto kept = cache.load(key); kept && kept->size() == 4)
-        return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0, (*kept)[3] != 0};
+    const CacheKey key = hash_of_parts({"abilities", claims_program, half_arithmetic_source, x86_source, vnni_source,
+                                        bf16_source, device_identity(device)});
+    if (const auto kept = cache.load(key); kept && kept->size() == 5)
+        return {(*kept)[0] != 0, (*kept)[1] != 0, (*kept)[2] != 0, (*kept)[3] != 0, (*kept)[4] != 0};
     std::optional<cl_int> passing;
     const Abilities abilities = probe_now(device, claims_program, passing);
     if (passing)
@@ -125,7 +150,8 @@ Abilities probe(const cl::Device& device) {
             device.getInfo<CL_DEVICE_NAME>(), status_name(*passing));
     // Every compiler has vload_half: where it fails, something else went wrong, which may pass.
     else if (abilities.half_storage)
-        cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma, abilities.vnni});
+        cache.store(key, {abilities.half_storage, abilities.half_arithmetic, abilities.fast_fma, abilities.vnni,
+                          abilities.bf16});
     return abilities;
 }
 

@@ -10,6 +10,7 @@ struct Abilities {
     bool half_arithmetic = false;
     bool fast_fma = false;
     bool vnni = false;
+    bool bf16 = false;
 };
 
 /// From the disk cache where it was probed before. What a device fails to compile or run it lacks.

@@ -75,6 +75,7 @@ DeviceProfile profile_of(const cl::Device& device, std::string selector) {
     profile.half_arithmetic = abilities.half_arithmetic;
     profile.int8_dot_product = has("cl_khr_integer_dot_product");
     profile.vnni = abilities.vnni;
+    profile.bf16 = abilities.bf16;
     profile.fast_fma = abilities.fast_fma;
     profile.subgroups = has("cl_khr_subgroups") || info_or<CL_DEVICE_MAX_NUM_SUB_GROUPS, cl_uint>(device, 0) > 0;
     profile.sub_devices = can_be_parted(device);

@@ -196,7 +196,8 @@ void add_first_frame_command(CLI::App& bench) {
     command.add_option("WIDTH", first->render_size.width)->required();
     command.add_option("HEIGHT", first->render_size.height)->required();
     add_choice<Precision, Precision>(command, "PRECISION", first->precision,
-                                     {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}}, "");
+                                     {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"bf16", Precision::bf16}},
+                                     "");
     add_choice<Tuning, Tuning>(command, "TUNING", first->tuning, {{"stored", Tuning::stored}, {"fixed", Tuning::fixed}},
                                "");
     command.callback([first] {
@@ -232,7 +233,9 @@ void add_bench_command(CLI::App& app) {
     command.add_option("--sizes", options->sizes, "Of the output: 720p, 1080p, 4k or any other, 1080x1200")
         ->type_name("A,B")
         ->delimiter(',');
-    command.add_option("--precision", options->precisions, "fp32, fp16 or both")->type_name("A,B")->delimiter(',');
+    command.add_option("--precision", options->precisions, "Of fp32, fp16, bf16; what the device lacks is left out")
+        ->type_name("A,B")
+        ->delimiter(',');
     command
         .add_option("--seconds", bench_options.seconds,
                     "At most so long for one model's turns; 6 in quick, 20 in full, 180 in sustained by default")

@@ -30,7 +30,8 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, Target& targ
 inline Precision parse_precision(const std::string& text) {
     if (text == "fp32") return Precision::fp32;
     if (text == "fp16") return Precision::fp16;
-    throw CLI::ValidationError("--precision", text + " is none of fp32|fp16");
+    if (text == "bf16") return Precision::bf16;
+    throw CLI::ValidationError("--precision", text + " is none of fp32|fp16|bf16");
 }
 
 }  // namespace clarus::cli

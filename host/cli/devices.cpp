@@ -45,6 +45,7 @@ void print_table(const DeviceProfile& device) {
         {"half arithmetic", yes_no(device.half_arithmetic)},
         {"int8 dot product", yes_no(device.int8_dot_product)},
         {"VNNI", yes_no(device.vnni)},
+        {"bfloat16", yes_no(device.bf16)},
         {"fast fma", yes_no(device.fast_fma)},
         {"sub-groups", yes_no(device.subgroups)},
         {"simulator", yes_no(device.simulator)},

@@ -73,7 +73,7 @@ void add_prepare_command(CLI::App& app) {
         .add_option("--device", options->devices, "auto, gpu, cpu, an index or a part of a name each; auto by default")
         ->type_name("A,B")
         ->delimiter(',');
-    command.add_option("--precision", options->precisions, "fp32, fp16 or both; fp32 by default")
+    command.add_option("--precision", options->precisions, "Of fp32, fp16, bf16; fp32 by default")
         ->type_name("A,B")
         ->delimiter(',');
     command.footer(

@@ -9,16 +9,13 @@
 
 #include "base/error.h"
 #include "base/log.h"
+#include "base/precision.h"
 #include "cli/pipeline_options.h"
 
 namespace clarus::cli {
 namespace {
 
 const char* text_of(Antialiasing antialiasing) { return antialiasing == Antialiasing::mlaa ? "mlaa" : "none"; }
-
-const char* text_of(Precision precision) {
-    return precision == Precision::fp32 ? "fp32" : precision == Precision::fp16 ? "fp16" : "auto";
-}
 
 std::string text_of(Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
@@ -51,7 +48,7 @@ std::map<std::string, std::string> run_settings(const UpscalerOptions& options, 
         {"--scale", fmt::format("{}", model.scale())},
         {"the render size", text_of(upscaler.render_size())},
         {"the output size", text_of(upscaler.output_size())},
-        {"--precision", text_of(options.precision)},
+        {"--precision", name_of(options.precision)},
         {"--antialias", text_of(options.antialias)},
         {"--antialias-input", text_of(options.antialias_input)},
         {"--sharpen", fmt::format("{}", options.sharpen)},

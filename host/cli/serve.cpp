@@ -191,7 +191,10 @@ void add_serve_command(CLI::App& app) {
     add_pipeline_options(command, settings.pipeline_options);
     add_choice<Precision, Precision>(
         command, "--precision", settings.precision,
-        {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
+        {{"fp32", Precision::fp32},
+         {"fp16", Precision::fp16},
+         {"bf16", Precision::bf16},
+         {"auto", Precision::automatic}},
         "fp32 by default; how intermediates are stored; auto: fp16 where the device has half arithmetic");
     command
         .add_option("--sharpen", settings.sharpen,

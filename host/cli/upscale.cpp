@@ -523,10 +523,14 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("WxH");
     add_pipeline_options(command, options->settings.pipeline_options);
     options->sequence.add_to(command);
-    add_choice<Precision, Precision>(
-        command, "--precision", options->settings.precision,
-        {{"fp32", Precision::fp32}, {"fp16", Precision::fp16}, {"auto", Precision::automatic}},
-        "fp32 by default; how intermediates are stored; auto: fp16 where the device has half arithmetic");
+    add_choice<Precision, Precision>(command, "--precision", options->settings.precision,
+                                     {{"fp32", Precision::fp32},
+                                      {"fp16", Precision::fp16},
+                                      {"bf16", Precision::bf16},
+                                      {"auto", Precision::automatic}},
+                                     "fp32 by default; how intermediates are stored; auto: fp16 where the device has "
+                                     "half arithmetic; bf16: stored as "
+                                     "fp32, products of convolutions in bfloat16 where the device has them");
     add_choice<Tuning, Tuning>(
         command, "--tuning", options->settings.tuning,
         {{"stored", Tuning::stored},

@@ -67,7 +67,7 @@ std::vector<Size> output_sizes(const BenchOptions& options) {
     return {k1080p};
 }
 
-/// Those that the device can store.
+/// Those that the device can store, or multiply in.
 std::vector<Precision> precisions(const BenchOptions& options, const DeviceProfile& device) {
     std::vector<Precision> result = options.precisions;
     if (result.empty()) {
@@ -76,6 +76,7 @@ std::vector<Precision> precisions(const BenchOptions& options, const DeviceProfi
             result.push_back(Precision::fp16);
     }
     if (!device.half_storage) std::erase(result, Precision::fp16);
+    if (!device.bf16) std::erase(result, Precision::bf16);
     return result;
 }
 

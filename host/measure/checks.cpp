@@ -53,7 +53,7 @@ double difference(const Sketch& a, const Sketch& b) {
     return largest;
 }
 
-double tolerance(Precision precision) { return precision == Precision::fp16 ? 1e-2 : 1e-3; }
+double tolerance(Precision precision) { return precision == Precision::fp32 ? 1e-3 : 1e-2; }
 
 std::string checksum(const Model& model) {
     if (!model.tensors()) return {};

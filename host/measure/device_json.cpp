@@ -28,6 +28,7 @@ nlohmann::ordered_json to_json(const DeviceProfile& device) {
             {"half_arithmetic", device.half_arithmetic},
             {"int8_dot_product", device.int8_dot_product},
             {"vnni", device.vnni},
+            {"bf16", device.bf16},
             {"fast_fma", device.fast_fma},
             {"subgroups", device.subgroups},
             {"sub_devices", device.sub_devices},

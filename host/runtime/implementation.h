@@ -31,6 +31,7 @@ struct Problem {
     TensorLayout output;
     const graph::Parameters* parameters = nullptr;  // of a convolution
     std::optional<Presented> presented = {};        // of a pointwise program, whose result is stored as float
+    bool bf16 = false;                              // a convolution may multiply in bfloat16
     double operations = 0;
     double bytes = 0;  // its inputs and its result, once each
 };

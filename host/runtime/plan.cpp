@@ -162,7 +162,7 @@ Precision common_precision(Precision asked, std::span<const DeviceProfile> devic
     const bool halves = std::all_of(devices.begin(), devices.end(), [&](const DeviceProfile& profile) {
         return storage_for(asked, profile) == Storage::f16;
     });
-    return halves ? Precision::fp16 : Precision::fp32;
+    return halves ? Precision::fp16 : asked == Precision::bf16 ? asked : Precision::fp32;
 }
 
 std::vector<const TensorLayout*> Plan::imports() const {
@@ -200,6 +200,7 @@ std::unique_ptr<Plan> make_plan(const graph::Graph& graph, const PlanOptions& op
     for (Value value = 0; value < static_cast<Value>(plan->layout.graph.nodes.size()); ++value) {
         if (implementations(plan->layout.graph.nodes[value]).empty()) continue;
         PlannedStage stage = plan_stage(plan->layout, value);
+        stage.problem.bf16 = options.precision == Precision::bf16 && profile.bf16 && stage.problem.parameters;
         stage.selection = select(stage.problem);
         stage.lowered = stage.selection.lower(stage.problem);
         if (find_banded(banded, value)) check_granule(stage, band_granule(profile));

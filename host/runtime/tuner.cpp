@@ -120,7 +120,7 @@ std::string problem_key(const Problem& problem, const DeviceProfile& profile) {
     key += fmt::format(" to {}", describe_layout(problem.output));
     const KernelCall obvious = obvious_selection(problem, profile).lower(problem).call;
     const std::string rest = obvious.options + obvious.source;  // all that layouts do not say
-    return key + fmt::format(" {:016x}", XXH3_64bits(rest.data(), rest.size()));
+    return key + fmt::format(" {}{:016x}", problem.bf16 ? "bf16 " : "", XXH3_64bits(rest.data(), rest.size()));
 }
 
 std::optional<Selection> candidate_of(const TuningResult& result, const Problem& problem,

@@ -124,7 +124,7 @@ TEST_CASE("C: values that mean nothing are refused where they are given") {
         CHECK(bicubic.status == CLARUS_INVALID_ARGUMENT);
         CHECK_MESSAGE(std::string(clarus_last_error()).find(culprit) != std::string::npos, clarus_last_error());
     };
-    refused([](clarus_options& options) { options.precision = static_cast<clarus_precision>(3); }, "precision");
+    refused([](clarus_options& options) { options.precision = static_cast<clarus_precision>(4); }, "precision");
     refused([](clarus_options& options) { options.tuning = static_cast<clarus_tuning>(4); }, "tuning");
     for (const int type : {7, 100})
         refused([&](clarus_options& options) { options.color_format.type = static_cast<clarus_element_type>(type); },

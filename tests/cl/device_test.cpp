@@ -75,6 +75,7 @@ TEST_SUITE("small") {
         REQUIRE(found != list.end());
         CHECK(found->half_arithmetic == profile.half_arithmetic);
         CHECK(found->vnni == profile.vnni);
+        CHECK(found->bf16 == profile.bf16);
         CHECK(found->fast_fma == profile.fast_fma);
         CHECK(std::is_sorted(list.begin(), list.end(), [](const DeviceProfile& a, const DeviceProfile& b) {
             return a.selector < b.selector;  // fewer than ten platforms, and devices of each

@@ -59,7 +59,8 @@ void visit_implementations(const runtime::Problem& problem, bool all_choices, co
     const bool preferred_only =
         !is_dense || (profile.device_class == DeviceClass::cpu && profile.float_vector_width == 1);
     for (const runtime::Implementation& implementation : runtime::convolution_implementations()) {
-        if (preferred_only && implementation.preference(problem, profile) == 0) continue;
+        const bool needs_ability = implementation.name == "bf16";
+        if ((preferred_only || needs_ability) && implementation.preference(problem, profile) == 0) continue;
         std::vector<runtime::Choices> choices = implementation.choices(problem, profile);
         if (!all_choices && !choices.empty()) choices.resize(1);
         for (const runtime::Choices& choice : choices) {

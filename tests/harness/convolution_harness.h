@@ -19,7 +19,8 @@ Planes expected_convolution(const Planes& image, const graph::Parameters& parame
 float convolution_tolerance(const runtime::Implementation& implementation, const runtime::Choices& choices);
 
 /// Calls visit(implementation, its choices, or the first of them) for what the device can be asked to run, and for the
-/// kernel that is meant for GPUs on any.
+/// kernel that is meant for GPUs on any; for the one in bfloat16 only where the problem allows it and the device has
+/// it.
 using VisitImplementation = std::function<void(const runtime::Implementation&, const runtime::Choices&)>;
 void visit_implementations(const runtime::Problem& problem, bool all_choices, const VisitImplementation& visit);
 

@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "convolution_harness.h"
+#include "test_device.h"
 
 using namespace clarus;
 using namespace clarus::test;
@@ -63,6 +66,44 @@ void check_convolution(const Case& test, bool all_choices = false) {
             });
         }
     });
+}
+
+/// The nearest bfloat16, of two the even one.
+float in_bf16(float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    return std::bit_cast<float>((bits + 0x7fff + (bits >> 16 & 1)) & 0xffff0000);
+}
+
+/// Products of what is rounded to bfloat16 are exact in float.
+void check_in_bf16(const Case& test) {
+    CAPTURE(test.in_channels);
+    CAPTURE(test.out_channels);
+    CAPTURE(test.kernel);
+    std::mt19937 random(8);
+    const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 2, random);
+    runtime::Problem problem = problem_of(test, parameters);
+    problem.bf16 = true;
+    const Planes image =
+        rounded(random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1), test.storage);
+    graph::Parameters rounded_parameters = parameters;
+    for (float& weight : rounded_parameters.weights) weight = in_bf16(weight);
+    Planes rounded_image = image;
+    for (float& value : rounded_image.values) value = in_bf16(value);
+    bool ran = false;
+    check_together([&] {
+        for (const int set : {0, 1}) {
+            const Planes expected =
+                expected_convolution(rounded_image, rounded_parameters, set, test.activation, test.size);
+            visit_implementations(problem, true, [&](const auto& implementation, const auto& choices) {
+                if (implementation.name != "bf16") return;
+                ran = true;
+                check_result(problem, implementation, choices, {image}, {}, set, [=](const Planes& result) {
+                    check_close(result, expected, std::max(1e-5f, storage_tolerance(test.storage)));
+                });
+            });
+        }
+    });
+    CHECK(ran == test_device().profile().bf16);
 }
 
 }  // namespace
@@ -124,6 +165,16 @@ TEST_CASE("every choice computes the same") {
     check_convolution({22, 52, {61, 11}, graph::Activation::relu, Storage::f16}, true);
 }
 
+TEST_CASE("convolutions in bfloat16, where the device has it") {
+    check_in_bf16({22, 16, {37, 21}});
+    check_in_bf16({16, 52, {70, 9}, graph::Activation::none, Storage::f32, true});
+    check_in_bf16({3, 5, {13, 9}, graph::Activation::relu, Storage::f32, true});
+    check_in_bf16({33, 20, {19, 5}, graph::Activation::relu, Storage::f16});
+    for (const int kernel : {1, 5, 9})
+        check_in_bf16({5, 16, {61, 11}, graph::Activation::none, Storage::f32, false, {}, kernel});
+    check_in_bf16({1, 1, {1, 1}});
+}
+
 TEST_SUITE("small") {
     TEST_CASE("convolutions of small images") {
         check_convolution({3, 5, {1, 1}});
@@ -137,7 +188,8 @@ TEST_CASE("a value that is not finite spreads no farther than it must") {
     std::mt19937 random(9);
     const Case test{5, 20, {23, 14}, graph::Activation::none};
     const graph::Parameters parameters = random_parameters(test.out_channels, test.in_channels, test.kernel, 1, random);
-    const runtime::Problem problem = problem_of(test, parameters);
+    runtime::Problem problem = problem_of(test, parameters);
+    problem.bf16 = true;
     const Planes clean = random_planes({test.in_channels, test.size.height, test.size.width}, random, -1, 1);
     const Planes expected = expected_convolution(clean, parameters, 0, test.activation, test.size);
     for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
@@ -160,7 +212,7 @@ TEST_CASE("a value that is not finite spreads no farther than it must") {
                     }
                 }
             }
-            check_close(result, expected, 5e-5f);
+            check_close(result, expected, implementation.name == "bf16" ? 2e-2f : 5e-5f);
         });
     }
 }

@@ -70,6 +70,17 @@ TEST_CASE("stacks in half storage stay near" * doctest::test_suite("golden")) {
         for (const double difference : run(Golden(name), options).differences) CHECK(difference < 0.02);
 }
 
+TEST_CASE("stacks with products of bfloat16 stay near; devices without them compute in float" *
+          doctest::test_suite("golden")) {
+    UpscalerOptions options;
+    options.precision = Precision::bf16;
+    const bool rounds = test_device().profile().bf16;
+    for (const double difference : run(Golden("stack_fsrcnn_x3"), options).differences) {
+        CHECK(difference < (rounds ? 0.02 : kTolerance));
+        CHECK((difference > kTolerance) == rounds);
+    }
+}
+
 TEST_CASE("a stack needs no depth or motion, and its 3x3 convolutions are the fast ones" *
           doctest::test_suite("golden")) {
     const Golden golden("stack_espcn_x2");

@@ -168,6 +168,25 @@ TEST_CASE("what does not fit a device's memory or work-groups is not chosen") {
     CHECK(chosen_for(usual, cpu).starts_with("plain"));
 }
 
+TEST_CASE("bfloat16 multiplies where it is asked for, the device has it, and Winograd does not do with less") {
+    std::mt19937 random(1);
+    const graph::Parameters usual = test::random_parameters(20, 16, 3, 1, random),
+                            wide = test::random_parameters(20, 16, 5, 1, random),
+                            color = test::random_parameters(20, 3, 5, 1, random);
+    DeviceProfile cpu = device(DeviceClass::cpu, 16);
+    const auto chosen = [&](const graph::Parameters& parameters, bool asked) {
+        Problem problem = convolution(parameters);
+        problem.bf16 = asked;
+        return built_in_selection(problem, cpu).implementation->name;
+    };
+    CHECK(chosen(wide, true) == "direct");
+    cpu.bf16 = true;
+    CHECK(chosen(wide, true) == "bf16");
+    CHECK(chosen(wide, false) == "direct");
+    CHECK(chosen(color, true) == "direct");
+    CHECK(chosen(usual, true) == "winograd");
+}
+
 TEST_CASE("half arithmetic is used where the device has it and images are half") {
     std::mt19937 random(1);
     const graph::Parameters usual = test::random_parameters(20, 16, 3, 1, random);

@@ -82,6 +82,7 @@ clarus_status clarus_device_read_profile(const clarus_device* device, size_t ind
         read.sub_devices = from.sub_devices;
         read.gl_sharing = from.gl_sharing;
         read.external_memory = from.external_memory;
+        read.bf16 = from.bf16;
         set_usual(profile, read, size);
     });
 }

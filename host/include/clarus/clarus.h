@@ -45,7 +45,7 @@ typedef enum clarus_status {
     CLARUS_INTERNAL
 } clarus_status;
 
-typedef enum clarus_precision { CLARUS_FP32, CLARUS_FP16, CLARUS_AUTOMATIC } clarus_precision;
+typedef enum clarus_precision { CLARUS_FP32, CLARUS_FP16, CLARUS_AUTOMATIC, CLARUS_BF16 } clarus_precision;
 typedef enum clarus_tuning { CLARUS_STORED, CLARUS_MEASURE, CLARUS_FIXED, CLARUS_OBVIOUS } clarus_tuning;
 typedef enum clarus_log_level { CLARUS_LOG_DEBUG, CLARUS_LOG_INFO, CLARUS_LOG_WARNING } clarus_log_level;
 
@@ -172,7 +172,7 @@ typedef struct clarus_device_profile {
     int simulator, compute_units, clock_mhz, float_vector_width;
     size_t max_work_group_size, global_memory, max_allocation, local_memory, memory_alignment;
     int local_memory_is_dedicated, unified_memory, images, half_storage, half_arithmetic, int8_dot_product, vnni;
-    int fast_fma, subgroups, sub_devices, gl_sharing, external_memory;
+    int fast_fma, subgroups, sub_devices, gl_sharing, external_memory, bf16;
 } clarus_device_profile;
 
 /* What the last failed call of this thread was about. */

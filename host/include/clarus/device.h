@@ -37,6 +37,7 @@ struct DeviceProfile {
     bool half_arithmetic = false;   // cl_khr_fp16, or a kernel that computes in half compiles (probed)
     bool int8_dot_product = false;  // cl_khr_integer_dot_product
     bool vnni = false;              // takes x86's vpdpbusd on 512 bits as inline assembly, and can run it (probed)
+    bool bf16 = false;              // likewise of vdpbf16ps: products of bfloat16, summed in float
     bool fast_fma = false;          // a fused multiply–add in hardware, as the compiler tells
     bool subgroups = false;
     bool sub_devices = false;      // can be partitioned into devices of fewer compute units

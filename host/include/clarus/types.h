@@ -64,8 +64,9 @@ struct Image {
 
 /// How intermediates are stored. With fp16, a device that has half arithmetic may be given convolutions that multiply
 /// in half, sums of more than 72 products staying in float; others compute in float. `automatic` takes fp16 where the
-/// device has half arithmetic, else fp32.
-enum class Precision { fp32, fp16, automatic };
+/// device has half arithmetic, else fp32. bf16 stores as fp32 does; convolutions that are faster so multiply what they
+/// have rounded to bfloat16 (8 bits of mantissa), with sums in float, on devices that can (DeviceProfile::bf16).
+enum class Precision { fp32, fp16, automatic, bf16 };
 
 /// How kernel variants are chosen: `stored` takes what earlier measurements on this device found and, where there is
 /// none, what comes with Clarus for its class; `measure` first measures what is not stored; `fixed` takes what comes

@@ -117,25 +117,29 @@ Lowered lower_tiled(const Problem& problem, const Choices& choices) {
 
 // --- direct: register tiles
 
-std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile& profile) {
+/// With operands of so many bytes.
+std::vector<Choices> register_tiles(const Problem& problem, const DeviceProfile& profile, size_t operand) {
     // At most 24 sums, so that 32 vector registers hold them, the weights and an input; at least 8 to hide latency.
     struct RegisterTile {
         int pixels, group;
     };
-    const std::vector<RegisterTile> register_tiles = blocks_of(problem) == 1
-                                                         ? std::vector<RegisterTile>{{16, 1}, {20, 1}}
-                                                         : std::vector<RegisterTile>{{12, 2}, {10, 2}};
+    const std::vector<RegisterTile> tiles = blocks_of(problem) == 1 ? std::vector<RegisterTile>{{16, 1}, {20, 1}}
+                                                                    : std::vector<RegisterTile>{{12, 2}, {10, 2}};
     const size_t channels = round_up(problem.parameters->in_channels, 4);
     const int margin = problem.parameters->kernel - 1;
     std::vector<Choices> result;
-    for (const auto& [pixels_each, group] : register_tiles) {
+    for (const auto& [pixels_each, group] : tiles) {
         for (const int rows : {4, 2, 1}) {
-            if (sizeof(float) * channels * (rows + margin) * (pixels_each + margin) > profile.local_memory) continue;
+            if (operand * channels * (rows + margin) * (pixels_each + margin) > profile.local_memory) continue;
             result.push_back({{"PIXELS", pixels_each}, {"ROWS", rows}, {"GROUP", group}});
             break;
         }
     }
     return result;
+}
+
+std::vector<Choices> direct_choices(const Problem& problem, const DeviceProfile& profile) {
+    return register_tiles(problem, profile, sizeof(float));
 }
 
 int prefer_direct(const Problem& problem, const DeviceProfile& profile) {
@@ -150,6 +154,33 @@ Lowered lower_direct(const Problem& problem, const Choices& choices) {
     lowered.call.row_axis = 0;
     lowered.call.rows_an_item = choices.at("ROWS");
     lowered.packing = packing_in_blocks(problem, choices, "pack_direct");
+    return lowered;
+}
+
+// --- the same with products of bfloat16
+
+std::vector<Choices> bf16_choices(const Problem& problem, const DeviceProfile& profile) {
+    std::vector<Choices> result = register_tiles(problem, profile, sizeof(std::uint16_t));
+    for (Choices& choices : result) choices["BF16"] = 1;
+    return result;
+}
+
+/// Twice as many products as in float are fewer than Winograd's transform saves; and of a few channels too much of a
+/// step is empty.
+int prefer_bf16(const Problem& problem, const DeviceProfile& profile) {
+    const graph::Parameters& parameters = *problem.parameters;
+    const bool fits = problem.bf16 && profile.bf16 && is_dense(problem) && !bf16_choices(problem, profile).empty();
+    const bool pays = (parameters.kernel != 3 || parameters.avoid_winograd) && parameters.in_channels > 3;
+    return !fits ? 0 : pays ? 5 : 2;
+}
+
+Lowered lower_bf16(const Problem& problem, const Choices& choices) {
+    Lowered lowered = lower_direct(problem, choices);
+    const graph::Parameters& parameters = *problem.parameters;
+    const int pairs = ceil_divide(parameters.in_channels, 2), out_channels = kBlock * blocks_of(problem);
+    lowered.packing =
+        packing(problem, choices, "pack_bf16", out_channels, size_t(out_channels) * (1 + parameters.taps() * pairs));
+    lowered.packing->call.global[0] = 2 * size_t(pairs);
     return lowered;
 }
 
@@ -219,6 +250,7 @@ Lowered lower_winograd(const Problem& problem, const Choices& choices) {
 std::span<const Implementation> convolution_implementations() {
     static const Implementation implementations[] = {
         {"winograd", prefer_winograd, winograd_choices, lower_winograd},
+        {"bf16", prefer_bf16, bf16_choices, lower_bf16},
         {"direct", prefer_direct, direct_choices, lower_direct},
         {"tiled", prefer_tiled, tiled_choices, lower_tiled},
         {"plain", obvious, group_choices, lower_plain},
