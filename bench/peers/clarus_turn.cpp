@@ -1,6 +1,6 @@
 // One of the processes that take turns (README.md): runs frames of a model when told to.
 //
-//   clarus_turn DEVICE MODEL WIDTH HEIGHT JITTER_X JITTER_Y FOLDER
+//   clarus_turn DEVICE PRECISION MODEL WIDTH HEIGHT JITTER_X JITTER_Y FOLDER
 //
 // FOLDER holds the frame's color.f32, depth.f32 and motion.f32: rows of interleaved floats. Answers are JSON, a line
 // each: one at the start, then one a command read from standard input. "check" runs the frame twice, the first time as
@@ -59,18 +59,23 @@ class SharedImage {
     cl::Buffer buffer_;
 };
 
-UpscalerOptions profiled() {
+UpscalerOptions profiled(const std::string& precision) {
     UpscalerOptions options;
     options.profile = true;
+    if (precision == "bf16")
+        options.precision = Precision::bf16;
+    else if (precision != "fp32")
+        fail(ErrorKind::invalid_argument, "{} is neither fp32 nor bf16", precision);
     return options;
 }
 
 class Turn {
   public:
-    Turn(const Device& device, const Model& model, Size render, Vec2 jitter, const std::string& folder)
+    Turn(const Device& device, const UpscalerOptions& options, const Model& model, Size render, Vec2 jitter,
+         const std::string& folder)
         : device_(device),
           folder_(folder),
-          upscaler_(device, model, render, profiled()),
+          upscaler_(device, model, render, options),
           color_(device, render, 3),
           depth_(device, render, 1),
           motion_(device, render, 2),
@@ -116,12 +121,13 @@ class Turn {
 };
 
 int run(const std::vector<std::string>& arguments) {
-    if (arguments.size() != 7)
-        fail(ErrorKind::invalid_argument, "usage: clarus_turn DEVICE MODEL WIDTH HEIGHT JITTER_X JITTER_Y FOLDER");
+    if (arguments.size() != 8)
+        fail(ErrorKind::invalid_argument,
+             "usage: clarus_turn DEVICE PRECISION MODEL WIDTH HEIGHT JITTER_X JITTER_Y FOLDER");
     const Device device = Device::open(arguments[0]);
-    const Size render{std::stoi(arguments[2]), std::stoi(arguments[3])};
-    const Vec2 jitter{std::stof(arguments[4]), std::stof(arguments[5])};
-    Turn turn(device, Model::find(arguments[1]), render, jitter, arguments[6]);
+    const Size render{std::stoi(arguments[3]), std::stoi(arguments[4])};
+    const Vec2 jitter{std::stof(arguments[5]), std::stof(arguments[6])};
+    Turn turn(device, profiled(arguments[1]), Model::find(arguments[2]), render, jitter, arguments[7]);
     const DeviceProfile& profile = device.profile();
     const auto say = [](const nlohmann::json& answer) { std::cout << answer.dump() << std::endl; };
     say({{"device", profile.name}, {"version", profile.opencl_version}, {"threads", profile.compute_units}});

@@ -1,9 +1,10 @@
-"""Whether two results are the same but for rounding in single precision."""
+"""Whether two results are the same but for rounding."""
 
 import numpy as np
 
-TYPICAL_LIMIT = 1e-4  # arithmetic in half precision or bfloat16 is beyond it
-QUANTIZED_LIMIT = 0.01  # of whole numbers, of which everyone rounds sums otherwise: a level of 255 in each of some layers
+# By what a network computes in. Arithmetic in half precision or bfloat16 is beyond fp32's. Sums of whole numbers are
+# rounded otherwise by everyone: a level of 255 in each of some layers. A bfloat16 has 8 bits, in each of some layers.
+TYPICAL_LIMITS = {"fp32": 1e-4, "int8": 0.01, "bf16": 0.02}
 
 
 def difference(pairs):
@@ -22,5 +23,5 @@ def difference(pairs):
     return {"typical": typical, "largest": largest}
 
 
-def agrees(difference, quantized=False):
-    return difference["typical"] <= (QUANTIZED_LIMIT if quantized else TYPICAL_LIMIT)
+def agrees(difference, numbers="fp32"):
+    return difference["typical"] <= TYPICAL_LIMITS[numbers]

@@ -1,4 +1,4 @@
-"""The peers: each takes a graph's folder, inputs and threads, and computes in single precision without spinning.
+"""The peers: each takes a graph's folder, inputs and threads, and computes without spinning, in "fp32" or "bf16".
 
 `run()` computes once, `outputs()` are the arrays of the last run by name. `version` says what it is, `way` how it was
 set up where there is a choice. An Unable says what of the graph the peer cannot express.
@@ -21,7 +21,9 @@ class Unable(Exception):
 
 
 class OnnxRuntime:
-    def __init__(self, folder, inputs, names, threads):
+    def __init__(self, folder, inputs, names, threads, precision):
+        if precision != "fp32":
+            raise Unable(f"has no convolutions in {precision}")
         import onnxruntime
 
         self.version = f"ONNX Runtime {onnxruntime.__version__}"
@@ -48,12 +50,12 @@ class OnnxRuntime:
 
 
 class OpenVino:
-    def __init__(self, folder, inputs, names, threads):
+    def __init__(self, folder, inputs, names, threads, precision):
         import openvino
 
         self.version = f"OpenVINO {openvino.__version__.split('-')[0]}"
         settings = {
-            "INFERENCE_PRECISION_HINT": os.environ.get("CLARUS_PEERS_OPENVINO_PRECISION", "f32"),
+            "INFERENCE_PRECISION_HINT": {"fp32": "f32", "bf16": "bf16"}[precision],
             "INFERENCE_NUM_THREADS": threads,
             "NUM_STREAMS": 1,
             "PERFORMANCE_HINT": "LATENCY",
@@ -74,7 +76,7 @@ class OpenVino:
 
 
 class Ncnn:
-    def __init__(self, folder, inputs, names, threads):
+    def __init__(self, folder, inputs, names, threads, precision):
         import ncnn
 
         self.version = f"ncnn {importlib.metadata.version('ncnn')}"
@@ -91,7 +93,7 @@ class Ncnn:
         options.use_vulkan_compute = False
         for name in dir(options):
             if name.startswith(("use_fp16_", "use_bf16_", "use_int8_")):
-                setattr(options, name, False)
+                setattr(options, name, precision == "bf16" and name.startswith("use_bf16_"))
         layers = sorted({line.split()[0] for line in parameters.read_text().splitlines()[2:]})
         missing = [layer for layer in layers if ncnn.layer_to_index(layer) < 0]
         if missing:
@@ -119,7 +121,7 @@ class Ncnn:
 class PyTorch:
     """The fastest of its ways."""
 
-    def __init__(self, folder, inputs, names, threads):
+    def __init__(self, folder, inputs, names, threads, precision):
         import torch
 
         from clarus_training import model_file, onnx
@@ -127,6 +129,7 @@ class PyTorch:
         torch.set_num_threads(threads)
         torch.set_float32_matmul_precision("highest")
         torch.set_grad_enabled(False)
+        self.precision = torch.autocast("cpu", torch.bfloat16, enabled=precision == "bf16", cache_enabled=False)
         case = json.loads((folder.parent / "case.json").read_text())
         network = model_file.load(case["model"])
         graph = onnx.GRAPHS[folder.name](network, onnx.smooth_frame(network, case["size"]))
@@ -150,7 +153,8 @@ class PyTorch:
         timed, failed = {}, []
         for name, make in ways.items():
             try:
-                timed[name] = self.time(make())
+                with self.precision:
+                    timed[name] = self.time(make())
             except Exception as error:  # its optimiser does not take every graph
                 failed.append(f"{name}: {error}")
         if not timed:
@@ -171,11 +175,12 @@ class PyTorch:
 
     def run(self):
         module, tensors = self.call
-        results = module(*tensors)
+        with self.precision:
+            results = module(*tensors)
         self.results = results if isinstance(results, tuple) else (results,)
 
     def outputs(self):
-        return {name: tensor.numpy() for name, tensor in zip(self.names, self.results)}
+        return {name: tensor.float().numpy() for name, tensor in zip(self.names, self.results)}
 
 
 PEERS = {"onnxruntime": OnnxRuntime, "openvino": OpenVino, "ncnn": Ncnn, "pytorch": PyTorch}

@@ -55,13 +55,13 @@ def prepare(model, output, folder):
     return json.loads((folder / "case.json").read_text())
 
 
-def start_clarus(tool, device, case, folder):
+def start_clarus(tool, device, precision, case, folder):
     """The process, and an entry with the device and how far its output is from PyTorch's."""
     size, jitter = case["size"], case["jitter"]
-    process = Process([tool, device, case["model"], *size, *jitter, folder], threads=1)
+    process = Process([tool, device, precision, case["model"], *size, *jitter, folder], threads=1)
     if "error" in process.about or "error" in (checked := process.ask("check")):
         return process, {"error": process.about.get("error") or checked["error"]}
-    expected = next(iter(np.load(folder / "frame" / "outputs.npz").values()))[0, :3]
+    expected = np.load(folder / "expected.npy")
     actual = np.fromfile(folder / "clarus.f32", np.float32).reshape(*expected.shape[1:], 3).transpose(2, 0, 1)
     return process, {"difference": difference([(actual, expected)]), **process.about}
 
@@ -80,8 +80,9 @@ def measure(part, case, folder, clarus, entry, options):
     threads = options.threads or entry.get("threads") or os.cpu_count()
     entries = {"Clarus": dict(entry)}
     for together in [[name] for name in options.peers] if options.in_pairs else [options.peers]:
-        peers = {PEERS[name]: Process([sys.executable, HERE / "worker.py", name, folder / part, threads], threads)
-                 for name in together}  # fmt: skip
+        workers = {name: [sys.executable, HERE / "worker.py", name, folder / part, threads, options.precision]
+                   for name in together}  # fmt: skip
+        peers = {PEERS[name]: Process(command, threads) for name, command in workers.items()}
         entries.update({name: dict(process.about) for name, process in peers.items()})
         running = {name: process for name, process in peers.items() if "error" not in process.about}
         if "error" not in entries["Clarus"]:
@@ -97,7 +98,8 @@ def measure(part, case, folder, clarus, entry, options):
                 entries[name]["beside"] = seconds.get("Clarus", [])
     own = entries.pop("Clarus")
     return {"model": Path(case["model"]).name.removesuffix(".safetensors"), "part": part, "size": case["size"],
-            "scale": case["scale"], "quantized": case["quantized"], "threads": threads, "clarus": own, "peers": entries}  # fmt: skip
+            "scale": case["scale"], "numbers": "int8" if case["quantized"] else options.precision, "threads": threads,
+            "clarus": own, "peers": entries}  # fmt: skip
 
 
 def finite(value):
@@ -114,7 +116,9 @@ def main():
     parser.add_argument("--models", nargs="+", default=["default"],
                         help="shipped ones, files, or `all`; unless told, one of every pipeline")  # fmt: skip
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=list(PEERS))
-    parser.add_argument("--parts", nargs="+", choices=list(table.BARS), default=list(table.BARS))
+    parser.add_argument("--parts", nargs="+", choices=table.PARTS, default=list(table.PARTS))
+    parser.add_argument("--precision", choices=("fp32", "bf16"), default="fp32",
+                        help="bf16: of Clarus, OpenVINO, ncnn and PyTorch, on processors that have it")  # fmt: skip
     parser.add_argument("--output", default="1920x1080", metavar="WxH", help="the size of the output")
     parser.add_argument("--device", default="cpu", help="Clarus's, as `clarus devices` has them")
     parser.add_argument("--threads", type=int, help="the peers'; unless told, the device's compute units")
@@ -135,8 +139,12 @@ def main():
         folder = options.work / model.name
         print(f"peers: {model.name}", file=sys.stderr)
         case = prepare(model, options.output, folder)
-        clarus, entry = start_clarus(options.tool, options.device, case, folder)
-        results += [measure(part, case, folder, clarus, entry, options) for part in options.parts]
+        clarus, entry = start_clarus(options.tool, options.device, options.precision, case, folder)
+        for part in options.parts:
+            if part in case["left_out"]:
+                print(f"peers: {model.name} {part}: left out: {case['left_out'][part]}", file=sys.stderr)
+            else:
+                results.append(measure(part, case, folder, clarus, entry, options))
         clarus.close()
     versions = {entry["version"] for result in results for entry in result["peers"].values() if "version" in entry}
     devices = {result["clarus"]["device"] for result in results if "device" in result["clarus"]}

@@ -1,8 +1,9 @@
 """prepare.py MODEL WIDTHxHEIGHT FOLDER: a model's graphs, and what goes in and has to come out of them.
 
-FOLDER gets the frame for Clarus, color.f32, depth.f32 and motion.f32; and in folders `network` and `frame` each a
-graph.onnx with inputs.npz and outputs.npz, which PyTorch computed op by op in single precision.
-case.json says what model of which pipeline, size and jitter it is.
+FOLDER gets the frame for Clarus, color.f32, depth.f32 and motion.f32, with expected.npy, what comes out of it after a
+reset by the same frame; and in folders `network` and `frame` each a graph.onnx with inputs.npz and outputs.npz. What is
+expected PyTorch computed op by op in single precision. case.json says what model of which pipeline, size and jitter it
+is, and why a part has no graph, where it has none.
 """
 
 import json
@@ -25,8 +26,15 @@ def main(model, size, folder):
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("color", "depth", "motion"):
         getattr(frame, name)[0].permute(1, 2, 0).contiguous().numpy().tofile(folder / f"{name}.f32")
+    with torch.inference_mode():
+        np.save(folder / "expected.npy", network.step(frame, network.step(frame)[1])[0][0].numpy())
+    left_out = {}
     for part, make in onnx.GRAPHS.items():
-        graph = make(network, frame)
+        try:
+            graph = make(network, frame)
+        except onnx.Unexportable as reason:
+            left_out[part] = str(reason)
+            continue
         (folder / part).mkdir(exist_ok=True)
         with torch.inference_mode():
             outputs = graph.module(*graph.inputs.values())
@@ -35,7 +43,8 @@ def main(model, size, folder):
         np.savez(folder / part / "outputs.npz", **{name: each.numpy() for name, each in zip(graph.outputs, outputs)})
         onnx.save(str(folder / part / "graph.onnx"), graph)
     quantized = any(isinstance(module, SimulatedConv2d) for module in network.modules())
-    case = dict(model=model, quantized=quantized, pipeline=network.pipeline, scale=network.scale, size=size, jitter=frame.jitter)
+    case = dict(model=model, quantized=quantized, pipeline=network.pipeline, scale=network.scale, size=size,
+                jitter=frame.jitter, left_out=left_out)  # fmt: skip
     (folder / "case.json").write_text(json.dumps(case))
 
 

@@ -20,7 +20,7 @@ def make_environment(folder):
     options = ["--system-site-packages"] if system_torch else []
     subprocess.run([sys.executable, "-m", "venv", *options, folder], check=True)
     # pnnx, ncnn's converter, asks for PyTorch only to be called from it.
-    wanted = [["numpy"], ["onnxruntime"], ["openvino"], ["ncnn"], ["--no-deps", "pnnx"]]
+    wanted = [["numpy"], ["onnx"], ["onnxruntime"], ["openvino"], ["ncnn"], ["--no-deps", "pnnx"]]
     for packages in wanted if system_torch else [*wanted, ["torch"]]:
         print(f"peers: installing {packages[-1]}", file=sys.stderr)
         # One that cannot be had is said so in the table.

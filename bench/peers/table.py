@@ -1,28 +1,29 @@
 """Medians, ratios and the tables of what has been measured.
 
-A result is a dictionary: `model`, `part` ("network" or "frame"), `quantized` where it is of whole numbers, and for `clarus` and each of `peers` a dictionary with
-`seconds` (of every timed run) and `difference`, or `error`. A peer's `beside`, where it has one, are Clarus's seconds in the
-same rounds.
+A result is a dictionary: `model`, `part` ("network" or "frame"), `numbers` ("fp32", "int8" or "bf16", what it is
+computed in), and for `clarus` and each of `peers` a dictionary with `seconds` (of every timed run) and `difference`, or
+`error`. A peer's `beside`, where it has one, are Clarus's seconds in the same rounds.
 """
 
 import statistics
 
 from compare import agrees
 
-BARS = {"network": 1.5, "frame": 2.0}
-QUANTIZED_BARS = {"network": 1.3, "frame": 2.0}
+PARTS = ("network", "frame")
 
 
 def bar(result):
-    return (QUANTIZED_BARS if result.get("quantized") else BARS)[result["part"]]
+    if result["part"] == "frame":
+        return 2.0
+    return 1.5 if result["numbers"] == "fp32" else 1.3
 
 
-def score(entry, quantized=False):
+def score(entry, numbers):
     """(median, spread) of an entry in seconds, the spread half of what lies between the quartiles.
 
     None where it could not run or its output is wrong.
     """
-    if "error" in entry or not agrees(entry["difference"], quantized):
+    if "error" in entry or not agrees(entry["difference"], numbers):
         return None
     seconds = entry["seconds"]
     if len(seconds) < 2:
@@ -36,10 +37,10 @@ def verdict(result):
 
     The ratio is None where either side has no score; then no bar is met.
     """
-    quantized = result.get("quantized", False)
-    scored = {name: score(entry, quantized) for name, entry in result["peers"].items()}
+    numbers = result["numbers"]
+    scored = {name: score(entry, numbers) for name, entry in result["peers"].items()}
     medians = {name: each[0] for name, each in scored.items() if each}
-    own = score(result["clarus"], quantized)
+    own = score(result["clarus"], numbers)
     if not medians or own is None:
         return {"ratio": None, "fastest": None, "met": False}
     fastest = min(medians, key=medians.get)
@@ -48,8 +49,8 @@ def verdict(result):
     return {"ratio": ratio, "fastest": fastest, "met": ratio >= bar(result)}
 
 
-def cell(entry, quantized=False):
-    scored = score(entry, quantized)
+def cell(entry, numbers):
+    scored = score(entry, numbers)
     if scored:
         return f"{1e3 * scored[0]:.2f} ± {1e3 * scored[1]:.2f}"
     return "–" if "error" in entry else "wrong"
@@ -63,9 +64,9 @@ def rows(results):
         judged = verdict(result)
         ratio = "–" if judged["ratio"] is None else f"{judged['ratio']:.2f} ({judged['fastest']})"
         met = f"{bar(result):g}× {'met' if judged['met'] else 'not met'}"
-        quantized = result.get("quantized", False)
-        cells = [cell(result["peers"][name], quantized) if name in result["peers"] else "" for name in peers]
-        table.append([result["model"], result["part"], *cells, cell(result["clarus"], quantized), ratio, met])
+        numbers = result["numbers"]
+        cells = [cell(result["peers"][name], numbers) if name in result["peers"] else "" for name in peers]
+        table.append([result["model"], result["part"], *cells, cell(result["clarus"], numbers), ratio, met])
     return table
 
 
@@ -79,7 +80,7 @@ def remarks(results):
                 lines.append(f"{where}: {entry['error']}")
                 continue
             off = entry["difference"]
-            wrong = "" if agrees(off, result.get("quantized", False)) else "; WRONG, hence no score"
+            wrong = "" if agrees(off, result["numbers"]) else "; WRONG, hence no score"
             way = f"; {entry['way']}" if entry.get("way") else ""
             lines.append(f"{where}: off by {off['typical']:.1e}, at most {off['largest']:.1e}{wrong}{way}")
     return lines

@@ -17,15 +17,15 @@ def timed(*milliseconds, difference=RIGHT):
 
 
 def result(part, clarus, **peers):
-    return {"model": "m", "part": part, "clarus": clarus, "peers": peers}
+    return {"model": "m", "part": part, "numbers": "fp32", "clarus": clarus, "peers": peers}
 
 
 class TableTest(unittest.TestCase):
     def test_scores_are_medians_with_half_of_what_lies_between_the_quartiles(self):
-        median, spread = table.score(timed(10, 30, 20, 50, 40))
+        median, spread = table.score(timed(10, 30, 20, 50, 40), "fp32")
         self.assertAlmostEqual(median, 0.030)
         self.assertAlmostEqual(spread, 0.010)
-        self.assertEqual(table.score(timed(7)), (0.007, 0.0))
+        self.assertEqual(table.score(timed(7), "fp32"), (0.007, 0.0))
 
     def test_the_fastest_peer_is_the_judge(self):
         judged = table.verdict(result("network", timed(10), a=timed(16), b=timed(15), c={"error": "no"}))
@@ -41,10 +41,10 @@ class TableTest(unittest.TestCase):
 
     def test_whole_numbers_may_be_rounded_otherwise_and_have_a_bar_of_their_own(self):
         off = {"typical": 0.009, "largest": 0.05}
-        result = {"model": "m", "part": "network", "clarus": {"seconds": [0.01], "difference": off},
+        result = {"model": "m", "part": "network", "numbers": "fp32", "clarus": {"seconds": [0.01], "difference": off},
                   "peers": {"OpenVINO": {"seconds": [0.014], "difference": off}}}  # fmt: skip
         self.assertFalse(table.verdict(result)["met"])
-        result["quantized"] = True
+        result["numbers"] = "int8"
         judged = table.verdict(result)
         self.assertAlmostEqual(judged["ratio"], 1.4)
         self.assertTrue(judged["met"])
@@ -75,7 +75,9 @@ class TableTest(unittest.TestCase):
         self.assertAlmostEqual(off["typical"], 1e-5, delta=1e-6)
         self.assertAlmostEqual(off["largest"], 0.1, delta=1e-3)
         self.assertTrue(agrees(off))
-        self.assertFalse(agrees(difference([(expected.astype(np.float16).astype(np.float32), expected)])))
+        half = difference([(expected.astype(np.float16).astype(np.float32), expected)])
+        self.assertFalse(agrees(half))
+        self.assertTrue(agrees(half, "bf16"))
 
     def test_what_is_not_finite_or_of_another_shape_differs(self):
         expected = np.ones((2, 3), np.float32)

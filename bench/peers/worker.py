@@ -1,4 +1,4 @@
-"""worker.py PEER FOLDER THREADS: a peer's process. It speaks as clarus_turn does: JSON, a line each.
+"""worker.py PEER FOLDER THREADS PRECISION: a peer's process. It speaks as clarus_turn does: JSON, a line each.
 
 The first line says what runs, and how far its outputs are from PyTorch's, or why there is nothing to run; then every
 "frame" on standard input is answered with the seconds that a run took.
@@ -15,7 +15,7 @@ import numpy as np
 from compare import difference
 
 
-def main(peer, folder, threads):
+def main(peer, folder, threads, precision):
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)  # what frameworks print is no answer
 
@@ -26,7 +26,7 @@ def main(peer, folder, threads):
         import frameworks
 
         inputs, expected = (dict(np.load(folder / f"{name}.npz")) for name in ("inputs", "outputs"))
-        runner = frameworks.PEERS[peer](folder, inputs, list(expected), threads)
+        runner = frameworks.PEERS[peer](folder, inputs, list(expected), threads, precision)
         runner.run()
     except Exception as error:  # whatever it is, the table has to say it
         return say(error=f"{type(error).__name__}: {error}"[:300])
@@ -41,4 +41,4 @@ def main(peer, folder, threads):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]))
+    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), sys.argv[4])

@@ -144,12 +144,16 @@ def state_after_reset(network, frame):
     return state
 
 
+class Unexportable(SystemExit):
+    """What of a model ONNX cannot express."""
+
+
 def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
     if getattr(network, "checked", False):
-        raise SystemExit("a frame with a checked history scatters depth, which cannot be exported; --part network can")
+        raise Unexportable("a frame with a checked history scatters depth, which cannot be exported; --part network can")
     if network.pipeline == "nss":
-        raise SystemExit("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
+        raise Unexportable("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
     if network.pipeline in ("srpo", "stack"):
         return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
