@@ -61,6 +61,12 @@ graph::QuantizedWeights read_quantized(const io::Safetensors& model, const std::
             std::numeric_limits<int32_t>::max())
             fail(ErrorKind::file, "{}: layer {} can overflow: sums for its output channel {} do not fit 32 bits",
                  model.path().string(), name, channel);
+    for (size_t channel = 0; channel < result.scales.size(); ++channel)
+        if (!std::isnormal(result.input.scale * result.scales[channel]))
+            fail(ErrorKind::file,
+                 "{}: layer {}: input_scale times weight_scale of output channel {} is {}, which is "
+                 "no normal number",
+                 model.path().string(), name, channel, result.input.scale * result.scales[channel]);
     return result;
 }
 

@@ -59,13 +59,14 @@ class SharedImage {
     cl::Buffer buffer_;
 };
 
-UpscalerOptions profiled(const std::string& precision) {
+UpscalerOptions profiled(const std::string& precision, const Device& device) {
     UpscalerOptions options;
     options.profile = true;
-    if (precision == "bf16")
-        options.precision = Precision::bf16;
-    else if (precision != "fp32")
+    if (precision != "fp32" && precision != "bf16")
         fail(ErrorKind::invalid_argument, "{} is neither fp32 nor bf16", precision);
+    if (precision == "bf16" && !device.profile().bf16)
+        fail(ErrorKind::invalid_argument, "{} does not multiply bfloat16", device.profile().name);
+    if (precision == "bf16") options.precision = Precision::bf16;
     return options;
 }
 
@@ -127,7 +128,7 @@ int run(const std::vector<std::string>& arguments) {
     const Device device = Device::open(arguments[0]);
     const Size render{std::stoi(arguments[3]), std::stoi(arguments[4])};
     const Vec2 jitter{std::stof(arguments[5]), std::stof(arguments[6])};
-    Turn turn(device, profiled(arguments[1]), Model::find(arguments[2]), render, jitter, arguments[7]);
+    Turn turn(device, profiled(arguments[1], device), Model::find(arguments[2]), render, jitter, arguments[7]);
     const DeviceProfile& profile = device.profile();
     const auto say = [](const nlohmann::json& answer) { std::cout << answer.dump() << std::endl; };
     say({{"device", profile.name}, {"version", profile.opencl_version}, {"threads", profile.compute_units}});

@@ -138,6 +138,7 @@ void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     for (size_t from = 0; from < contexts.size(); ++from)
         for (size_t to = 0; to < contexts.size(); ++to)
             if (from != to) times[from][to] = measure_transfer(*contexts[from], *contexts[to]);
+    if (options_.precision == Precision::fp16) costs.bytes_of_a_float = 2;
     costs.transfer = [&](int from, int to, double bytes) {
         return times[from][to].start + times[from][to].a_byte * bytes;
     };
@@ -168,8 +169,9 @@ std::vector<PlacedPart> Stream::placement() const {
             if (link.to != static_cast<int>(index)) continue;
             const runtime::TensorLayout* const layout = plan.imports()[link.to_port];
             if (!layout) continue;
-            const auto bytes = static_cast<size_t>(runtime::tensor_bytes(*layout));
-            const graph::Graph& from = parts_[link.from].plan->layout.graph;
+            const runtime::Plan& maker = *parts_[link.from].plan;
+            const size_t bytes = maker.memory.places[maker.exports()[link.from_port]->memory].bytes;  // all is copied
+            const graph::Graph& from = maker.layout.graph;
             part.inputs.push_back({link.from, from.nodes[from.exports[link.from_port]].name, link.frames_ago, bytes});
             if (parts_[link.from].device != part.device) part.bytes_in += bytes;
         }

@@ -83,13 +83,17 @@ kernel void probe(global ushort* values) {
 constexpr const char* bf16_source = R"(
 kernel void probe(global ushort* values) {
 #ifdef WIDE_X86
-    if (!has_wide_registers() || cpuid(7, 0).a == 0 || !(cpuid(7, 1).a >> 5 & 1)) return;
+    const uint on_shorter_registers = cpuid(7, 0).b >> 31;
+    if (!has_wide_registers() || !on_shorter_registers || cpuid(7, 0).a == 0 || !(cpuid(7, 1).a >> 5 & 1)) return;
     float16 sum = 1.0f;
     const uint16 numbers = (uint16)(0x40804000), weights = (uint16)(0x40a04040);
     __asm__("vdpbf16ps %2, %1, %0" : "+v"(sum) : "v"(numbers), "v"(weights));
     ushort16 rounded;
     __asm__("vcvtneps2bf16 %1, %0" : "=v"(rounded) : "v"((float16)(1.00390625f)));
-    values[0] = sum.s0 == 27.0f && sum.sf == sum.s0 && rounded.s0 == 0x3f80 && rounded.sf == rounded.s0;
+    ushort8 four;
+    __asm__("vcvtneps2bf16 %1, %0" : "=v"(four) : "v"((float4)(1.00390625f)));
+    values[0] = sum.s0 == 27.0f && sum.sf == sum.s0 && rounded.s0 == 0x3f80 && rounded.sf == rounded.s0 &&
+                four.s0 == rounded.s0 && four.s3 == rounded.s0;
 #endif
 }
 )";

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/parse.h"
 #include "cli/output_folder.h"
+#include "cli/placement_options.h"
 #include "cli/progress.h"
 #include "cli/taken_files.h"
 #include "io/file.h"
@@ -69,7 +70,7 @@ void bench_placement(const Options& options) {
         const bool is_named = options.placement == "auto" || options.placement == "all";
         results = measure::measure_placements(devices, model, {side(output->width), side(output->height)},
                                               {.every_cut = options.placement == "all",
-                                               .rules = is_named ? "" : options.placement,
+                                               .rules = is_named ? "" : placement_rules(options.placement),
                                                .turns = options.turns,
                                                .streams = options.streams,
                                                .profiles = !options.output.empty()},
@@ -108,7 +109,7 @@ void add_bench_placement_command(CLI::App& bench) {
     command
         .add_option("--placement", options->placement,
                     "auto: each device alone, and what auto chooses; all: every cut in two as well; rules, as "
-                    "`upscale --place`: those as well")
+                    "`upscale --place`, or a file of them: those as well")
         ->type_name("auto|all|RULES")
         ->capture_default_str();
     command

@@ -26,6 +26,17 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, Target& targ
     return command.add_option_function<std::string>(name, choose, description)->type_name(allowed);
 }
 
+inline void add_precision_option(CLI::App& command, Precision& precision) {
+    add_choice<Precision, Precision>(command, "--precision", precision,
+                                     {{"fp32", Precision::fp32},
+                                      {"fp16", Precision::fp16},
+                                      {"bf16", Precision::bf16},
+                                      {"auto", Precision::automatic}},
+                                     "fp32 by default; how intermediates are stored; auto: fp16 where the device has "
+                                     "half arithmetic; bf16: stored as "
+                                     "fp32, products of convolutions in bfloat16 where the device has them");
+}
+
 /// A value of an option `--precision` that takes several.
 inline Precision parse_precision(const std::string& text) {
     if (text == "fp32") return Precision::fp32;

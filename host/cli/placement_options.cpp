@@ -2,23 +2,23 @@
 
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "base/error.h"
 
 namespace clarus::cli {
-namespace {
 
-/// Rules as they are written on the command line, or in a file of that name: one a line, # before remarks.
 std::string placement_rules(const std::string& given) {
-    if (!std::filesystem::is_regular_file(given)) return given;
+    std::error_code too_long_for_a_name;
+    if (!std::filesystem::is_regular_file(given, too_long_for_a_name)) return given;
     std::ifstream file(given);
     std::string rules, line;
     while (std::getline(file, line)) rules += line.substr(0, line.find('#')) + ",";
     if (file.bad()) fail(ErrorKind::file, "{} cannot be read", given);
+    if (rules.find('=') == rules.npos)
+        fail(ErrorKind::file, "{} has no rule; write one a line, such as 'reconstruct.*=dsp'", given);
     return rules;
 }
-
-}  // namespace
 
 void add_placement_options(CLI::App& command, StreamOptions& options) {
     options.placement = "auto";

@@ -189,13 +189,7 @@ void add_serve_command(CLI::App& app) {
         ->type_name("WxH");
     add_placement_options(command, settings);
     add_pipeline_options(command, settings.pipeline_options);
-    add_choice<Precision, Precision>(
-        command, "--precision", settings.precision,
-        {{"fp32", Precision::fp32},
-         {"fp16", Precision::fp16},
-         {"bf16", Precision::bf16},
-         {"auto", Precision::automatic}},
-        "fp32 by default; how intermediates are stored; auto: fp16 where the device has half arithmetic");
+    add_precision_option(command, settings.precision);
     command
         .add_option("--sharpen", settings.sharpen,
                     "Sharpen what the model shows, last, by MNSS's filter; 0.15 where no strength is given")

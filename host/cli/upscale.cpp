@@ -253,9 +253,13 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
     const std::vector<PlacedPart> parts = upscaler.placement();
     if (parts.empty()) fmt::print("all on {}\n", device.profile().selector);
     const std::vector<DeviceProfile> devices = device.profiles();
+    // By rules nothing was measured.
+    const bool measured =
+        std::any_of(parts.begin(), parts.end(), [](const PlacedPart& part) { return part.seconds > 0; });
+    if (!parts.empty()) fmt::print("{:<16}{}{:>9}  stages\n", "device", measured ? "       ms" : "", "MB in");
     for (const PlacedPart& part : parts)
-        fmt::print("{}  {}  {}{:.2f} MB from other devices  {}\n", part.device, devices[part.device].selector,
-                   part.seconds > 0 ? fmt::format("{:.2f} ms  ", 1e3 * part.seconds) : "",
+        fmt::print("{:<16}{}{:>9.2f}  {}\n", fmt::format("{}: {}", part.device, devices[part.device].selector),
+                   measured ? fmt::format("{:>9.2f}", 1e3 * part.seconds) : "",
                    1e-6 * static_cast<double>(part.bytes_in), fmt::join(part.stages, ", "));
     for (const PlacedPart& part : parts)
         for (const PlacedPart::Input& input : part.inputs)
@@ -523,14 +527,7 @@ void add_upscale_command(CLI::App& app) {
         ->type_name("WxH");
     add_pipeline_options(command, options->settings.pipeline_options);
     options->sequence.add_to(command);
-    add_choice<Precision, Precision>(command, "--precision", options->settings.precision,
-                                     {{"fp32", Precision::fp32},
-                                      {"fp16", Precision::fp16},
-                                      {"bf16", Precision::bf16},
-                                      {"auto", Precision::automatic}},
-                                     "fp32 by default; how intermediates are stored; auto: fp16 where the device has "
-                                     "half arithmetic; bf16: stored as "
-                                     "fp32, products of convolutions in bfloat16 where the device has them");
+    add_precision_option(command, options->settings.precision);
     add_choice<Tuning, Tuning>(
         command, "--tuning", options->settings.tuning,
         {{"stored", Tuning::stored},

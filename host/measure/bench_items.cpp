@@ -97,7 +97,8 @@ std::vector<BenchItem> bench_items(const BenchOptions& options) {
                 for (const Precision precision : precisions(options, device.profile()))
                     items.push_back({device, model, render_size(size, model.scale()), precision});
     if (items.empty())
-        fail(ErrorKind::invalid_argument, "none of the devices can store halves, and fp32 was not asked for");
+        fail(ErrorKind::invalid_argument,
+             "none of the devices stores halves or multiplies bfloat16 as asked for; ask for fp32");
     return items;
 }
 

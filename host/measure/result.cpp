@@ -153,8 +153,9 @@ Json to_json(const ItemResult& item, const DeviceResult& device) {
 std::string text_of(Size size) { return fmt::format("{}x{}", size.width, size.height); }
 
 double StageResult::peak(const DeviceResult& device) const {
-    const bool of_bytes = device.int8_peak && kernel.starts_with("int8");
-    return (of_bytes ? *device.int8_peak : device.compute_peak).median;
+    constexpr double kBf16 = 2;  // as many products an instruction as of floats
+    if (device.int8_peak && kernel.starts_with("int8")) return device.int8_peak->median;
+    return (kernel.starts_with("bf16") ? kBf16 : 1) * device.compute_peak.median;
 }
 
 double Score::operations() const {

@@ -33,13 +33,17 @@ function showRoofline(report) {
   function note(chosen) {
     const stages = chosen.flatMap(({stages}) => stages);
     const without = new Set(stages.filter((stage) => !hasPoint(stage)).map(({name}) => name));
-    const isHalf = ({precision}) => precision === 'fp16';
+    const ofOthers = [
+      ['fp16', ({precision}) => precision === 'fp16'], ['bf16', ({precision}) => precision === 'bf16'],
+      ['int8', ({stages}) => stages.some(({kernel}) => kernel?.startsWith('int8'))]
+    ].filter(([, has]) => chosen.some(has)).map(([name]) => name);
     $('roofline-note').textContent = [
       peaks.has(device()) ?
           'Roofs as measured: multiply-adds in registers, and one large copy. A dot above them does with fewer ' +
               'operations than the plain definition counts, or finds its data in caches.' :
           'Without the device\'s roofs: clarus bench measures them.',
-      peaks.has(device()) && chosen.some(isHalf) && 'The compute roof is single precision\'s, for fp16 too.',
+      peaks.has(device()) && ofOthers.length &&
+          `The compute roof is single precision's, for ${ofOthers.join(', ')} too.`,
       without.size && `Not drawn, for want of a time or a count of bytes: ${[...without].join(', ')}.`,
       'A dot\'s area is its time. ← → go through the kernels, the longest first.'
     ].filter(Boolean).join(' ');

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/parse.h"
 #include "base/platform.h"
+#include "base/rounding.h"
 #include "cl/platforms.h"
 #include "runtime/implementation.h"
 
@@ -95,11 +96,19 @@ class Simulation {
     }
 
   private:
+    /// As layouts have it: a pixel takes a multiple of four elements.
+    double bytes_of(const Graph& graph, Value value) const {
+        constexpr int kElements = 4;
+        const auto* convolution = std::get_if<graph::Convolution>(&graph.nodes[value].op);
+        const bool in_bytes = convolution && convolution->result;
+        const graph::Shape& shape = graph.shape(value);
+        return double(shape.width) * shape.height * round_up(shape.channels, kElements) *
+               (in_bytes ? 1 : costs_.bytes_of_a_float);
+    }
     double moving(const graph::Link& link) const {
         const graph::Part& from = partition_.parts[link.from];
         const Value value = from.graph.exports[link.from_port];
-        const double bytes = static_cast<double>(from.graph.shape(value).elements()) * sizeof(float);
-        return costs_.transfer(from.place, partition_.parts[link.to].place, bytes);
+        return costs_.transfer(from.place, partition_.parts[link.to].place, bytes_of(from.graph, value));
     }
 
     graph::Partition partition_;

@@ -68,6 +68,20 @@ TEST_CASE("a network that is cut anywhere computes the same bits") {
     }
 }
 
+TEST_CASE("a network in whole numbers that is cut between a CPU's kernels and a DSP's computes the same bits") {
+    if (!test_device().profile().sub_devices) return;
+    const std::string core = test_device().profile().selector + "/1";
+    const Device both = Device::open(core + ", " + core + "=dsp");
+    for (const auto& [name, rules] : {std::pair{"stack_int8_x2", "convolution 4=dsp"}, {"stack_int8_x2", "*=dsp"}}) {
+        CAPTURE(std::string(rules));
+        const test::Golden golden(name);
+        Film film(golden);
+        Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
+        Upscaler cut(both, golden.model, golden.render, options_for(golden, rules));
+        CHECK(film.run(cut) == film.run(alone));
+    }
+}
+
 TEST_CASE("streams that share devices, each on a thread of its own, compute the same bits") {
     const test::Golden golden("mnss_x2_checked");
     for (const Device& device : {test_device(), of_one_context(), of_two_contexts()}) {

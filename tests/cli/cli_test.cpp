@@ -594,6 +594,38 @@ TEST_CASE("upscale --place names stages that only alpha brings") {
     CHECK(io::read_image_header(place.output() / "0000.png").channels == 4);
 }
 
+TEST_CASE("upscale --explain-placement prints what each device makes, by rules of any length or of a file") {
+    if (!test_device().profile().sub_devices) return;
+    const Workplace place;
+    const auto explained = [&](const std::string& rules) {
+        return run_tool({"upscale", place.sequence().string(), "--model", network, "--output", place.output().string(),
+                         "--device", test_selector() + "/1, " + test_selector() + "/1=dsp", "--place", rules,
+                         "--frames", ":1", "--explain-placement"});
+    };
+    std::string rules = "*convolution*=dsp";
+    while (rules.size() < 300) rules += ", last convolution=dsp";
+    const Outcome given = explained(rules);
+    REQUIRE_MESSAGE(given.exit_code == 0, given.err);
+    CHECK_MESSAGE(contains(given.out, "MB in  stages\n0: "), given.out);
+    CHECK_MESSAGE(contains(given.out, "\n1: "), given.out);
+    CHECK_MESSAGE(contains(given.out, "last convolution"), given.out);
+
+    const std::filesystem::path file = place.sequence().parent_path() / "rules";
+    std::ofstream(file) << "# the network\n*convolution*=dsp\n";
+    const Outcome of_file = explained(file.string());
+    REQUIRE_MESSAGE(of_file.exit_code == 0, of_file.err);
+    const auto table = [](const std::string& out) {
+        const size_t first = out.find("device "), end = out.find("made frames");
+        return out.substr(first, end - first);
+    };
+    CHECK(table(of_file.out) == table(given.out));
+
+    std::ofstream(file) << "# nothing yet\n";
+    const Outcome of_nothing = explained(file.string());
+    CHECK(of_nothing.exit_code == 1);
+    CHECK_MESSAGE(contains(of_nothing.err, "has no rule"), of_nothing.err);
+}
+
 TEST_CASE("upscale --fallback goes on without a device that is lost") {
     if (!test_device().profile().sub_devices) return;
     const Workplace place;

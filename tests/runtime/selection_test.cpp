@@ -173,6 +173,8 @@ TEST_CASE("bfloat16 multiplies where it is asked for, the device has it, and Win
     const graph::Parameters usual = test::random_parameters(20, 16, 3, 1, random),
                             wide = test::random_parameters(20, 16, 5, 1, random),
                             color = test::random_parameters(20, 3, 5, 1, random);
+    graph::Parameters exact = wide;
+    exact.avoid_winograd = true;
     DeviceProfile cpu = device(DeviceClass::cpu, 16);
     const auto chosen = [&](const graph::Parameters& parameters, bool asked) {
         Problem problem = convolution(parameters);
@@ -184,6 +186,7 @@ TEST_CASE("bfloat16 multiplies where it is asked for, the device has it, and Win
     CHECK(chosen(wide, true) == "bf16");
     CHECK(chosen(wide, false) == "direct");
     CHECK(chosen(color, true) == "direct");
+    CHECK(chosen(exact, true) == "direct");
     CHECK(chosen(usual, true) == "winograd");
 }
 

@@ -165,12 +165,13 @@ std::vector<Choices> bf16_choices(const Problem& problem, const DeviceProfile& p
     return result;
 }
 
-/// Twice as many products as in float are fewer than Winograd's transform saves; and of a few channels too much of a
-/// step is empty.
+/// Not of layers whose result is rounded next, which are spared Winograd's error as well. Twice as many products as in
+/// float are fewer than Winograd's transform saves; and of a few channels too much of a step is empty.
 int prefer_bf16(const Problem& problem, const DeviceProfile& profile) {
     const graph::Parameters& parameters = *problem.parameters;
-    const bool fits = problem.bf16 && profile.bf16 && is_dense(problem) && !bf16_choices(problem, profile).empty();
-    const bool pays = (parameters.kernel != 3 || parameters.avoid_winograd) && parameters.in_channels > 3;
+    const bool fits = problem.bf16 && profile.bf16 && is_dense(problem) && !parameters.avoid_winograd &&
+                      !bf16_choices(problem, profile).empty();
+    const bool pays = parameters.kernel != 3 && parameters.in_channels > 3;
     return !fits ? 0 : pays ? 5 : 2;
 }
 
