@@ -89,11 +89,11 @@ def main():
     }
     rows = [["upscaler", "PSNR", "SSIM"]] + ([["---", "--:", "--:"]] if arguments.markdown else [])
     rows += [[model, f"{each['psnr']:.2f}", f"{each['ssim']:.4f}"] for model, each in means.items()]
+    for row in rows:
+        print(f"| {' | '.join(row)} |" if arguments.markdown else f"{row[0]:<24}{row[1]:>8}{row[2]:>9}")
     if arguments.plot:
         with open(arguments.plot, "w") as file:
             file.write(trade_off.plot(means, times))
-    for row in rows:
-        print(f"| {' | '.join(row)} |" if arguments.markdown else f"{row[0]:<24}{row[1]:>8}{row[2]:>9}")
 
 
 if __name__ == "__main__":

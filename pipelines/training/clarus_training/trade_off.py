@@ -23,7 +23,7 @@ def ticks(low, high, logarithmic):
         marks = [m * 10.0**e for e in range(-3, 6) for m in (1, 2, 5)]
         return [mark for mark in marks if low <= mark <= high]
     step = 10 ** math.floor(math.log10(high - low))
-    step = next(part * step for part in (0.1, 0.2, 0.5, 1.0) if (high - low) / (part * step) <= 6)
+    step = next(part * step for part in (0.1, 0.2, 0.5, 1.0, 2.0) if (high - low) / (part * step) <= 6)
     return [step * n for n in range(math.ceil(low / step), math.floor(high / step) + 1)]
 
 

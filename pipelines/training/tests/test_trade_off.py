@@ -37,6 +37,11 @@ class TradeOff(unittest.TestCase):
         self.assertNotEqual(quantized[2], "#fff")
         self.assertEqual(len(self.circles(FIGURES, TIMES)), 6)  # two panels, without what has no time
 
+    def test_an_axis_of_any_length_has_a_few_ticks(self):
+        for length in (0.011, 0.05, 0.93, 1.0, 3.3, 9.9, 61.0):
+            with self.subTest(length=length):
+                self.assertIn(len(trade_off.ticks(20.0, 20.0 + length, False)), range(3, 8))
+
     def test_one_model_alone_can_be_drawn(self):
         self.assertEqual(len(self.circles({"a": FIGURES["a-x2"]}, {"a": 3.0})), 2)
 
