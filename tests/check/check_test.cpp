@@ -157,10 +157,17 @@ std::map<std::string, std::string> surprises(const Film& right, const std::set<s
     return result;
 }
 
-/// `may_be_missed`: fields of which the scene says little. `otherwise`: what is named of some pairs, by what was made.
+/// `may_be_missed`: fields of which the scene says little. `otherwise`: what is named of some pairs, by what was made;
+/// `at_a_limit`: of pairs that are on either side of a limit, as processors' mathematics rounds what is rendered.
 void check_table(const std::vector<std::string>& scene, const std::set<std::string>& may_be_missed,
-                 const std::map<std::string, std::string>& otherwise) {
-    const std::map<std::string, std::string> found = surprises(rendered(scene), may_be_missed);
+                 const std::map<std::string, std::string>& otherwise,
+                 const std::map<std::string, std::string>& at_a_limit = {}) {
+    std::map<std::string, std::string> found = surprises(rendered(scene), may_be_missed);
+    for (const auto& [made, named] : at_a_limit) {
+        INFO("made: ", made);
+        if (found.contains(made)) CHECK(found[made] == named);
+        found.erase(made);
+    }
     for (const auto& [made, named] : found) {
         INFO("made: ", made, "; named: ", named);
         const auto known = otherwise.find(made);
@@ -202,8 +209,9 @@ TEST_CASE("every mistake and every pair of mistakes is named: a procedural world
                  {"motion frame before + motion.jittered", "jitter frame + jitter x + jitter y + motion.jittered"},
                  {"jitter frame after + order of frames", ""},
                  {"jitter frame before + jitter x", "jitter y + motion frame"},
-                 {"jitter frame before + jitter y", "jitter x + motion frame"},
-                 {"jitter frame before + motion frame before", "jitter x + jitter y"}});
+                 {"jitter frame before + jitter y", "jitter x + motion frame"}},
+                {{"jitter frame before + motion frame before", "jitter x + jitter y"},
+                 {"jitter frame after + motion frame before", "jitter x + jitter y"}});
 }
 
 TEST_CASE("of a depth buffer encoding, direction and planes are told") {
