@@ -174,7 +174,10 @@ void check_table(const std::vector<std::string>& scene, const std::set<std::stri
         CHECK(known != otherwise.end());
         if (known != otherwise.end()) CHECK(known->second == named);
     }
-    CHECK(found.size() == otherwise.size());
+    for (const auto& [made, named] : otherwise) {
+        INFO("made, and not named otherwise any more: ", made);
+        CHECK(found.contains(made));
+    }
 }
 
 bool has_verdict(const check::Judgement& judgement, Verdict verdict) {
@@ -207,10 +210,10 @@ TEST_CASE("every mistake and every pair of mistakes is named: a procedural world
     check_table({"--scene", "procedural:5", "--path", "2"}, {"motion frame"},
                 {{"jitter axes + motion frame before", ""},
                  {"motion frame before + motion.jittered", "jitter frame + jitter x + jitter y + motion.jittered"},
-                 {"jitter frame after + order of frames", ""},
                  {"jitter frame before + jitter x", "jitter y + motion frame"},
                  {"jitter frame before + jitter y", "jitter x + motion frame"}},
-                {{"jitter frame before + motion frame before", "jitter x + jitter y"},
+                {{"jitter frame after + order of frames", ""},
+                 {"jitter frame before + motion frame before", "jitter x + jitter y"},
                  {"jitter frame after + motion frame before", "jitter x + jitter y"}});
 }
 
