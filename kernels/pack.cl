@@ -48,14 +48,22 @@ DEFINE_PACK(pack_tiled) {
     for (int tap = 0; tap < shape.taps; ++tap) to[16 * tap] = co < shape.out_channels ? weights[tap] : 0;
 }
 
-// Biases, then weights as [group of blocks][tap][input channel][16 · blocks]. Work-items: likewise.
+// Where an output channel's first weight of a step is among [group of blocks][tap][step][16 · blocks], after biases;
+// `width`: how far it is from step to step.
+INLINE int place_in_group(Shape shape, int co, int step, int steps, int* width) {
+    const int blocks = BLOCKS_OF(shape.out_channels), before = co / 16 / shape.group * shape.group;
+    *width = 16 * min(shape.group, blocks - before);
+    return 16 * blocks + before * 16 * shape.taps * steps + step * *width + co - 16 * before;
+}
+
+// Biases, then weights in groups, an input channel a step. Work-items: likewise.
 DEFINE_PACK(pack_direct) {
-    const int ci = get_global_id(0), co = get_global_id(1), blocks = BLOCKS_OF(shape.out_channels);
+    const int ci = get_global_id(0), co = get_global_id(1);
     packed += packed_offset;
     weights += weights_offset + (co * shape.in_channels + ci) * shape.taps;
     if (ci == 0) packed[co] = co < shape.out_channels ? biases[biases_offset + co] : 0;
-    const int before = co / 16 / shape.group * shape.group, width = 16 * min(shape.group, blocks - before);
-    packed += 16 * blocks + before * 16 * shape.taps * shape.in_channels + ci * width + co - 16 * before;
+    int width;
+    packed += place_in_group(shape, co, ci, shape.in_channels, &width);
     for (int tap = 0; tap < shape.taps; ++tap)
         packed[tap * shape.in_channels * width] = co < shape.out_channels ? weights[tap] : 0;
 }
@@ -65,16 +73,15 @@ INLINE ushort bf16(float v) {
     return (bits + 0x7fff + (bits >> 16 & 1)) >> 16;
 }
 
-// The same with pairs of weights in bfloat16, each of two input channels. Work-items: (input channels, rounded up to
-// whole pairs; output channels of whole blocks).
+// The same with pairs of weights in bfloat16, a step of two input channels each. Work-items: (input channels, rounded
+// up to whole pairs; output channels of whole blocks).
 DEFINE_PACK(pack_bf16) {
-    const int ci = get_global_id(0), co = get_global_id(1), blocks = BLOCKS_OF(shape.out_channels);
+    const int ci = get_global_id(0), co = get_global_id(1), pairs = (shape.in_channels + 1) / 2;
     packed += packed_offset;
     weights += weights_offset + (co * shape.in_channels + ci) * shape.taps;
     if (ci == 0) packed[co] = co < shape.out_channels ? biases[biases_offset + co] : 0;
-    const int before = co / 16 / shape.group * shape.group, width = 16 * min(shape.group, blocks - before);
-    const int pairs = (shape.in_channels + 1) / 2;
-    packed += 16 * blocks + before * 16 * shape.taps * pairs + ci / 2 * width + co - 16 * before;
+    int width;
+    packed += place_in_group(shape, co, ci / 2, pairs, &width);
     for (int tap = 0; tap < shape.taps; ++tap)
         ((global ushort*)(packed + tap * pairs * width))[ci % 2] =
             co < shape.out_channels && ci < shape.in_channels ? bf16(weights[tap]) : 0;

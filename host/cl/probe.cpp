@@ -132,7 +132,8 @@ Abilities probe_now(const cl::Device& device, const std::string& claims_program,
     if (claims[3] == 1)
         abilities.half_arithmetic = run(device, half_arithmetic_source, half_arithmetic_given, passing)[2] == half_one;
     abilities.vnni = run(device, std::string(x86_source) + vnni_source, {}, passing)[0] == 1;
-    abilities.bf16 = run(device, std::string(x86_source) + bf16_source, {}, passing)[0] == 1;
+    // Processors that have it have VNNI, too; others are spared the compiling.
+    abilities.bf16 = abilities.vnni && run(device, std::string(x86_source) + bf16_source, {}, passing)[0] == 1;
     return abilities;
 }
 
