@@ -7,7 +7,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import history, losses, model_file, operators, quantized
+from . import history, losses, model_file, operators, quantized, safetensors
 from .layers import through
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
@@ -84,18 +84,23 @@ class Enss(nn.Module):
     """
 
     pipeline = "enss"
+    tables = ("first", "last")
 
     def __init__(self, scale, features, middle, kernels, without=(), checked=False, held=False):
         super().__init__()
         self.scale, self.features, self.without, self.checked, self.held = scale, features, without, checked, held
         self.body = nn.ModuleList(nn.Conv2d(features, features, 3, padding=1) for _ in range(middle))
         self.kernels = kernels
-        # Of a network in whole numbers: (scale, zero point) of what "first" and "last" read, tables of weight scales.
+        # Layers in whole numbers, with a table of their own (quantized.replace_all).
+        self.first = self.last = None
+        # Such layers in floating point (quantized.simulate): (scale, zero point) of what they read, tables of weight scales.
         self.quantized = {}
 
     def kernels_for(self, jitters):
-        """By name, a batch of them; where they are quantized with their weight scales."""
+        """By name, a batch of them; where they are quantized with their weight scales, or which entries of tables serve."""
         kernels = split_kernels(self.kernels(jitters), self.scale, self.features, self.checked)
+        if self.first or self.last:
+            kernels["entry"] = self.kernels.nearest(jitters)
         for name, (_, weight_scale) in self.quantized.items():
             kernels[f"{name}.weight_scale"] = torch.tensor(weight_scale)[self.kernels.nearest(jitters)]
         return kernels
@@ -182,10 +187,22 @@ class Enss(nn.Module):
 
     def outer(self, x, kernels, name):
         """The convolution whose kernels depend on the jitter."""
+        whole = getattr(self, name)
+        if whole is not None:
+            return whole(x, int(kernels["entry"]))
         weight = kernels[f"{name}.weight"]
         if name in self.quantized:
             x, weight = quantized.simulated(x, weight, self.quantized[name][0], kernels[f"{name}.weight_scale"])
         return F.conv2d(x, weight, kernels[f"{name}.bias"], padding=1)
+
+    def table(self, name):
+        """All entries' weights [K, out, in, 3, 3] and biases [K, out] of the layer "first" or "last"."""
+        kernels = split_kernels(self.kernels.kernels.detach(), self.scale, self.features, self.checked)
+        return kernels[f"{name}.weight"].clone(), kernels[f"{name}.bias"].clone()
+
+    def sequences(self):
+        """Lists of layers, each of which alone reads what the one before it makes."""
+        return [[self.first, *self.body, self.last]]
 
     def blend(self, past, x):
         """The new state of what `layers` returned, not held yet; and α and the candidate, as channels of render pixels."""
@@ -237,11 +254,16 @@ def shape(arguments):
     features, middle = SIZES[arguments.size]
     without = tuple(arguments.without)
     checks = dict(checked=arguments.checked, held=arguments.held)
-    return dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, without=without, **checks)
+    # In whole numbers kernels are a file's table.
+    entries = len(safetensors.load(arguments.start)[0].get("first.bias", [])) if arguments.int8 else None
+    widths = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, entries=entries)
+    return dict(**widths, without=without, **checks)
 
 
 def parameter_groups(network, arguments):
     """The MLP's weights apart: each moves a kernel by the sum of many of them, and so is to move less."""
+    if isinstance(network.kernels, KernelTable):
+        return [{"params": list(network.parameters())}]
     common = [*network.body.parameters(), network.kernels.layers[-1].bias]
     theirs = [p for p in network.kernels.parameters() if all(p is not other for other in common)]
     return [{"params": common, "share": 1.0}, {"params": theirs, "share": arguments.mlp_rate}]
@@ -254,9 +276,14 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     return losses.of_clip(network, frames, reference, criterion)
 
 
-def create(scale, features, middle, hidden, without=(), checked=False, held=False):
-    """A network to be trained: the MLP of `hidden` units a layer starts as the kernels of `starting_kernels`."""
-    mlp = KernelMlp(kernel_count(scale, features, checked), hidden)
+def create(scale, features, middle, hidden, without=(), checked=False, held=False, entries=None):
+    """A network to be trained: the MLP of `hidden` units a layer starts as the kernels of `starting_kernels`. With
+    `entries`, one that a file's weights are to be put into: kernels are a table of so many."""
+    count = kernel_count(scale, features, checked)
+    if entries is not None:
+        table = KernelTable(torch.zeros(entries, 2), torch.zeros(entries, count))
+        return Enss(scale, features, middle, table, without, checked, held)
+    mlp = KernelMlp(count, hidden)
     network = Enss(scale, features, middle, mlp, without, checked, held)
     with torch.no_grad():
         start_hidden_layers(mlp)
@@ -349,8 +376,9 @@ def model_tensors(network, jitters=None, mlp=False, half=False):
             tensors["jitter"] = torch.tensor(jitters).numpy()
         for name, kernels in split_kernels(table, network.scale, network.features, network.checked).items():
             tensors[name] = array(kernels)
+    whole = quantized.tensors_of(network)
     facts = {"pipeline": "enss", "scale": str(network.scale), "features": str(network.features)}
-    return tensors, {**facts, **history.metadata_of(network)}
+    return {**tensors, **whole[0]}, {**facts, **history.metadata_of(network), **whole[1]}
 
 
 def load_model(tensors, metadata):

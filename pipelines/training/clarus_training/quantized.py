@@ -45,7 +45,8 @@ TENSORS = ("weight", "weight_scale", "bias", "input_scale", "input_zero_point")
 class QuantizedConv2d(nn.Module):
     """A layer of a quantized model file. `hands_on`: the (scale, zero point) of its result's numbers, where quantized
 
-    layers alone read it; else the result is floating-point. An activation comes after it.
+    layers alone read it; else the result is floating-point. An activation comes after it. Of a layer that has a table,
+    `entry` is which of its sets serves.
     """
 
     def __init__(self, tensors, stride=1, groups=1):
@@ -63,16 +64,16 @@ class QuantizedConv2d(nn.Module):
         """The scale and zero point of the numbers that it reads."""
         return self.tensors["input_scale"][0], int(self.tensors["input_zero_point"][0])
 
-    def sums(self, image):
+    def sums(self, image, entry=...):
         """Σ (q − zero point) · w + b of what stands for the image, [N, out, h, w] in whole numbers."""
         scale, zero_point = self.reads
-        weight = torch.from_numpy(self.tensors["weight"].astype(np.float64))
-        bias = torch.from_numpy(self.tensors["bias"].astype(np.float64))
+        weight = torch.from_numpy(self.tensors["weight"][entry].astype(np.float64))
+        bias = torch.from_numpy(self.tensors["bias"][entry].astype(np.float64))
         centred = numbers(image, scale, zero_point) - zero_point
         return F.conv2d(centred, weight, bias, self.stride, weight.shape[-1] // 2, groups=self.groups)
 
-    def forward(self, image):
-        return result_of(self.sums(image), self.reads[0], self.tensors["weight_scale"], self.hands_on)
+    def forward(self, image, entry=...):
+        return result_of(self.sums(image, entry), self.reads[0], self.tensors["weight_scale"][entry], self.hands_on)
 
 
 def result_of(sums, input_scale, weight_scale, hands_on=None):
@@ -103,11 +104,13 @@ class TrainedConv2d(nn.Module):
     Weights and biases are floating-point; scales and zero points stay as they are. It runs on the CPU.
     """
 
-    def __init__(self, layer, reads, weight_scale):
-        """`layer`: an nn.Conv2d, whose parameters are taken over; `reads`: (scale, zero point); `weight_scale`: [out]."""
+    def __init__(self, weight, bias, reads, weight_scale, stride=1, groups=1):
+        """`weight` [out, in, k, k] and `bias` [out]: what it starts from; `reads`: (scale, zero point); `weight_scale`:
+        [out]. Of a table, [K, …] each.
+        """
         super().__init__()
-        self.weight, self.stride, self.groups = layer.weight, layer.stride, layer.groups
-        self.bias = layer.bias if layer.bias is not None else nn.Parameter(torch.zeros(len(self.weight)))
+        self.weight, self.bias = (nn.Parameter(each.detach()) for each in (weight, bias))
+        self.stride, self.groups = stride, groups
         self.register_buffer("weight_scale", torch.tensor(np.asarray(weight_scale)))
         self.register_buffer("input_scale", torch.tensor([reads[0]]))
         self.register_buffer("input_zero_point", torch.tensor([reads[1]], dtype=torch.int32))
@@ -120,14 +123,14 @@ class TrainedConv2d(nn.Module):
 
     @property
     def units(self):
-        """What 1 stands for in biases and sums [out], in double precision."""
+        """What 1 stands for in biases and sums [out], in double precision; of a table [K, out]."""
         return self.input_scale.double() * self.weight_scale.double()
 
-    def whole(self):
+    def whole(self, entry=...):
         """Weights and biases in whole numbers, in double precision, with the gradients of what they are rounded from."""
-        weight = self.weight.double() / self.weight_scale.double()[:, None, None, None]
+        weight = self.weight[entry].double() / self.weight_scale[entry].double()[..., None, None, None]
         weight = weight.clamp(-LARGEST_WEIGHT, LARGEST_WEIGHT)
-        bias = self.bias.double() / self.units
+        bias = self.bias[entry].double() / self.units[entry]
         return straight_through(weight, weight.round()), straight_through(bias, bias.round())
 
     def tensors(self):
@@ -141,23 +144,23 @@ class TrainedConv2d(nn.Module):
             input_zero_point=self.input_zero_point.numpy(),
         )
 
-    def forward(self, image):
+    def forward(self, image, entry=...):
         scale, zero_point = self.reads
         read = (image.double() / float(scale)).clamp(-zero_point, LARGEST - zero_point)
         read = straight_through(read, numbers(image, scale, zero_point) - zero_point)
-        weight, bias = self.whole()
+        weight, bias = self.whole(entry)
         # Sums up to 2^24 are exact in single precision too, which is several times as fast.
         most = (LARGEST * weight.detach().abs().sum(dim=(1, 2, 3)) + bias.detach().abs()).max()
         kind = torch.float32 if most <= 2**24 else torch.float64
-        padding = self.weight.shape[-1] // 2
+        padding = weight.shape[-1] // 2
         with torch.autocast(image.device.type, enabled=False):
             numbers_and_weights = read.to(kind), weight.to(kind), bias.to(kind)
             sums = F.conv2d(*numbers_and_weights, self.stride, padding, groups=self.groups).double()
-        free = sums * self.units[:, None, None]
+        free = sums * self.units[entry][:, None, None]
         if self.hands_on:
             low, high = (float(self.hands_on[0]) * (number - self.hands_on[1]) for number in (0, LARGEST))
             free = free.clamp(low, high)
-        result = result_of(sums.detach(), scale, self.weight_scale.numpy(), self.hands_on)
+        result = result_of(sums.detach(), scale, self.weight_scale[entry].numpy(), self.hands_on)
         return straight_through(free, result).to(image.dtype)
 
 
@@ -215,7 +218,8 @@ def in_floats(tensors):
 
 def replace(network, layers, make):
     """Puts `make(name, convolution)` in place of the network's convolutions that `layers` has, of as many outputs. Returns
-    the names of the others, which are no convolutions of their own.
+    the names of the others, which are no convolutions of their own. `make` receives the name, (weight, bias), stride and
+    groups.
     """
     others = set(layers)
     for name, module in list(network.named_modules()):
@@ -223,7 +227,9 @@ def replace(network, layers, make):
             continue
         others.remove(name)
         parent, _, own = name.rpartition(".")
-        setattr(network.get_submodule(parent), own, make(name, module))
+        bias = torch.zeros(module.out_channels) if module.bias is None else module.bias
+        made = make(name, (module.weight, bias), module.stride, module.groups)
+        setattr(network.get_submodule(parent), own, made)
     return others
 
 
@@ -232,9 +238,8 @@ def simulate(network, tensors, layers):
     returns them. Returns those of `layers` that are no convolutions of their own.
     """
 
-    def simulated_layer(name, module):
-        weight, bias = tensors[f"{name}.weight"], tensors[f"{name}.bias"]
-        return SimulatedConv2d(weight, bias, *layers[name], module.stride, module.groups)
+    def simulated_layer(name, _, *shape):
+        return SimulatedConv2d(tensors[f"{name}.weight"], tensors[f"{name}.bias"], *layers[name], *shape)
 
     return {name: layers[name] for name in replace(network, layers, simulated_layer)}
 
@@ -242,26 +247,34 @@ def simulate(network, tensors, layers):
 def make_exact(network, tensors):
     """Puts QuantizedConv2d in place of a network's layers that are in whole numbers in `tensors`, a file's, NumPy's."""
 
-    def exact(name, module):
-        return QuantizedConv2d({key: tensors[f"{name}.{key}"] for key in TENSORS}, module.stride, module.groups)
+    def exact(name, _, *shape):
+        return QuantizedConv2d({key: tensors[f"{name}.{key}"] for key in TENSORS}, *shape)
 
     replace_all(network, layers_of(tensors), exact)
 
 
 def make_trained(network, layers):
     """Puts TrainedConv2d in place of a network's `layers`, as `layers_of` has them."""
-    replace_all(network, layers, lambda name, module: TrainedConv2d(module, *layers[name]))
+    replace_all(network, layers, lambda name, start, *shape: TrainedConv2d(*start, *layers[name], *shape))
+
+
+def tensors_of(network):
+    """What a file has of a network's layers that learn in whole numbers, and the metadata that says so."""
+    layers = {name: module for name, module in network.named_modules() if isinstance(module, TrainedConv2d)}
+    tensors = {f"{name}.{key}": array for name, module in layers.items() for key, array in module.tensors().items()}
+    return tensors, {"quantization": "int8"} if layers else {}
 
 
 def replace_all(network, layers, make):
-    """`replace`, of layers that are all convolutions of their own; those of a ModuleList are one after the other."""
-    others = replace(network, layers, make)
-    if others:
-        names = ", ".join(sorted(others))
-        raise SystemExit(f"{names}: no convolutions of their own in PyTorch; in whole numbers only `clarus` runs them")
-    for following in network.modules():
-        if not isinstance(following, nn.ModuleList):
-            continue
+    """`replace`, and of a network's tables as well (`network.tables`, their names). Layers of a ModuleList, and of each of
+    `network.sequences()`, are one after the other.
+    """
+    for name in sorted(replace(network, layers, make)):
+        if name not in getattr(network, "tables", ()):
+            raise SystemExit(f"{name}: no convolution of its own in PyTorch; in whole numbers only `clarus` runs it")
+        setattr(network, name, make(name, network.table(name), 1, 1))
+    lists = [module for module in network.modules() if isinstance(module, nn.ModuleList)]
+    for following in lists + getattr(network, "sequences", list)():
         for layer, reader in zip(following, following[1:]):
             if hasattr(layer, "hands_on") and hasattr(reader, "reads"):
                 layer.hands_on = reader.reads

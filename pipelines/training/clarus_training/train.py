@@ -117,7 +117,9 @@ class Training:
         self.network = self.pipeline.create(**self.shape)
         if arguments.int8:
             quantized.make_trained(self.network, quantized.layers_of(safetensors.load(arguments.start)[0]))
-        self.network.to(arguments.device, memory_format=torch.channels_last)
+        # Layers in whole numbers make doubles of their weights anyway, and tables have one dimension too many.
+        layout = torch.preserve_format if arguments.int8 else torch.channels_last
+        self.network.to(arguments.device, memory_format=layout)
         self.teacher = teacher(arguments) if arguments.teacher else None
         self.optimizer = torch.optim.AdamW(
             self.pipeline.parameter_groups(self.network, arguments), lr=self.rate, weight_decay=arguments.decay
@@ -264,11 +266,14 @@ def usable(option, directories, scale):
 def starting_weights(training, path):
     """Of a checkpoint or of a model file."""
     if training.arguments.int8:
-        tensors, layers = quantized.in_floats(safetensors.load(path)[0])
+        tensors, metadata = safetensors.load(path)
+        floats, layers = quantized.in_floats(tensors)
         if not layers:
             raise SystemExit(f"--start {path}: no layer is in whole numbers; `clarus quantize` makes such a file")
-        buffers = {name: tensor for name, tensor in training.network.state_dict().items() if name not in tensors}
-        state = {**buffers, **{name: torch.tensor(array, dtype=torch.float32) for name, array in tensors.items()}}
+        names = [f"{layer}.{key}" for layer in layers for key in ("weight", "bias")]
+        others = model_file.network_of(floats, metadata, training.pipeline).state_dict()
+        whole = {name: torch.tensor(floats[name], dtype=torch.float32) for name in names}
+        state = {**training.network.state_dict(), **others, **whole}
     elif path.endswith(".safetensors"):
         trained = model_file.load(path)
         if hasattr(training.pipeline, "adopt"):

@@ -1,5 +1,6 @@
 """Whole numbers against exact arithmetic: python3 -m unittest discover tests."""
 
+import argparse
 import os
 import tempfile
 import unittest
@@ -8,8 +9,11 @@ from fractions import Fraction
 import numpy as np
 import torch
 
-from clarus_training import enss, golden, mnss, model_file, onnx, operators, quantized, safetensors
-from clarus_training.frame import Frame
+from clarus_training import export, golden, mnss, model_file, onnx, operators, quantized, safetensors, srpo, train
+from clarus_training.frame import Frame, run
+
+PIPELINES = os.path.join(os.path.dirname(__file__), "../..")
+ENSS = f"{PIPELINES}/enss/weights/enss-s-x2-int8.safetensors"
 
 
 def halves_up(value):
@@ -75,18 +79,46 @@ class Files(unittest.TestCase):
             loaded = model_file.load(path)
         self.assertTrue(torch.equal(network.step(frame)[0].double(), loaded.step(frame)[0].double()))
 
-    def test_a_network_that_is_not_computed_here_says_so(self):
+    def test_kernels_that_depend_on_the_jitter_are_layers_one_after_the_other(self):
+        tensors, network = safetensors.load(ENSS)[0], model_file.load(ENSS)
+        chain = ("first", "body.0", "last")
+        for entry in (0, 5, 31):
+            layers = []
+            for name in chain:
+                own = {key: tensors[f"{name}.{key}"] for key in quantized.TENSORS}
+                if name != "body.0":
+                    own.update({key: own[key][entry] for key in ("weight", "weight_scale", "bias")})
+                layers.append(quantized.QuantizedConv2d(own))
+            for layer, reader in zip(layers, layers[1:]):
+                layer.hands_on = reader.reads
+            x = torch.rand(1, 22, 7, 9, generator=torch.Generator().manual_seed(entry))
+            with torch.no_grad():
+                result = network.layers(x, {"entry": entry})
+            self.assertTrue(torch.equal(result, layers[2](torch.relu(layers[1](torch.relu(layers[0](x)))))))
+
+    def test_a_file_that_goes_on_learning_starts_with_the_same_bits_and_is_saved_as_it_was(self):
+        arguments = dict(pipeline="enss", size="s", scale=2, hidden=8, without=[], checked=False, held=True, int8=True)
+        arguments.update(start=ENSS, device="cpu", rate=None, seed=0, teacher=None, decay=0, ema=0.9)
+        training = train.Training(argparse.Namespace(**arguments))
+        training.start_from(train.starting_weights(training, ENSS))
+        tensors, metadata = safetensors.load(ENSS)
         with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "model.safetensors")
-            network = enss.create(scale=2, features=4, middle=1, hidden=8)
-            model_file.save(path, network, operators.halton_jitter(2))
-            tensors, metadata = safetensors.load(path)
-            rows, weight = tensors["first.bias"].shape, tensors["first.weight"]
-            whole = dict(weight=weight.astype(np.int8), weight_scale=np.ones(rows, np.float32), bias=np.ones(rows, np.int32))
-            whole.update(input_scale=np.ones(1, np.float32), input_zero_point=np.zeros(1, np.int32))
-            safetensors.save(path, {**tensors, **{f"first.{key}": array for key, array in whole.items()}}, metadata)
-            with self.assertRaisesRegex(SystemExit, "first: no convolutions"):
-                model_file.load(path)
+            training.save(os.path.join(folder, "checkpoint.pt"))
+            network = export.load_checkpoint(os.path.join(folder, "checkpoint.pt"))
+            model_file.save(os.path.join(folder, "model.safetensors"), network, operators.halton_jitter(2), half=True)
+            saved, facts = safetensors.load(os.path.join(folder, "model.safetensors"))
+        self.assertEqual(*({name: each.tolist() for name, each in file.items()} for file in (saved, tensors)))
+        self.assertEqual(facts, metadata)
+        jitters = network.kernels.jitters.tolist()[:3]
+        frames = [onnx.smooth_frame(network, (24, 18))._replace(jitter=tuple(jitter)) for jitter in jitters]
+        with torch.no_grad():
+            for ours, loaded in zip(run(network, frames), run(model_file.load(ENSS), frames)):
+                self.assertTrue(torch.equal(ours, loaded.float()))
+
+    def test_a_layer_that_is_not_computed_here_is_named(self):
+        layers = quantized.layers_of(safetensors.load(f"{PIPELINES}/srpo/weights/srpo-x2-int8.safetensors")[0])
+        with self.assertRaisesRegex(SystemExit, "conv.2: no convolution"):
+            quantized.make_trained(srpo.create(2), layers)
 
 
 def some_layer(seed, inputs, outputs, size=3, largest=1.0):
@@ -96,7 +128,7 @@ def some_layer(seed, inputs, outputs, size=3, largest=1.0):
     with torch.no_grad():
         layer.weight.mul_(largest / layer.weight.abs().max())
     scales = layer.weight.detach().abs().amax(dim=(1, 2, 3)) / 120
-    return quantized.TrainedConv2d(layer, (6 / 255, 43), scales)
+    return quantized.TrainedConv2d(layer.weight, layer.bias, (6 / 255, 43), scales)
 
 
 class Trained(unittest.TestCase):
@@ -152,16 +184,15 @@ class Simulated(unittest.TestCase):
         torch.testing.assert_close(simulated(image), exact, rtol=1e-5, atol=1e-5)
 
     def test_shipped_networks_in_whole_numbers_do_much_what_those_in_floats_do(self):
-        weights = os.path.join(os.path.dirname(__file__), "../..")
         for name, layers in (("srpo/weights/srpo-x2", 3), ("mnss/weights/mnss-x2", 7), ("enss/weights/enss-s-x2", 1)):
             with self.subTest(name):
-                network = model_file.load(f"{weights}/{name}-int8.safetensors", simulated=True)
+                network = model_file.load(f"{PIPELINES}/{name}-int8.safetensors", simulated=True)
                 made = [module for module in network.modules() if isinstance(module, quantized.SimulatedConv2d)]
                 self.assertEqual(len(made), layers)
                 self.assertEqual(sorted(network.quantized), ["first", "last"] * ("enss" in name))
                 frame = onnx.smooth_frame(network, (24, 18))
                 with torch.no_grad():
-                    plain = model_file.load(f"{weights}/{name}.safetensors")
+                    plain = model_file.load(f"{PIPELINES}/{name}.safetensors")
                     outputs = [each.step(frame)[0] for each in (network, plain)]
                 off = (outputs[0] - outputs[1]).abs()
                 self.assertLess(float(off.quantile(0.9)), 0.02)
