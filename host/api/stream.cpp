@@ -98,8 +98,17 @@ std::vector<runtime::PartPlan> Stream::part_plans() const {
     return plans;
 }
 
-void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places) {
-    graph::Partition partition = graph::partition(graph, places);
+bool Stream::is_copied(int from, int to) const {
+    const auto context = [&](int device) { return device_.contexts()[device]->context()(); };
+    return context(from) != context(to);
+}
+
+void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places,
+                      const std::vector<std::vector<double>>& seconds) {
+    graph::Partition partition =
+        graph::partition(fused, places, [this](int from, int to) { return is_copied(from, to); });
+    std::vector<double> of_parts(partition.parts.size());
+    if (!seconds.empty()) of_parts = runtime::seconds_of_parts(fused, places, partition, seconds);
     std::vector<Part> parts;
     std::vector<bool> has_queue(device_.contexts().size(), false);
     for (graph::Part& each : partition.parts) {
@@ -111,6 +120,7 @@ void Stream::part_out(const graph::Graph& graph, const std::vector<int>& places)
         part.context = takes_callers ? own : own->with_another_queue();
         part.device = each.place;
         part.graph = std::move(each.graph);
+        part.seconds = of_parts[parts.size() - 1];
         part.tuner = std::make_unique<runtime::Tuner>(*part.context, options_.tuning);
         plan_part(part, [&](const runtime::Problem& problem) { return part.tuner->select_without_measuring(problem); });
         has_queue[each.place] = true;
@@ -139,20 +149,13 @@ void Stream::place_by_measuring(const std::function<void(double)>& progress) {
         for (size_t to = 0; to < contexts.size(); ++to)
             if (from != to) times[from][to] = measure_transfer(*contexts[from], *contexts[to]);
     if (options_.precision == Precision::fp16) costs.bytes_of_a_float = 2;
+    costs.copied = [this](int from, int to) { return is_copied(from, to); };
     costs.transfer = [&](int from, int to, double bytes) {
         return times[from][to].start + times[from][to].a_byte * bytes;
     };
     const KeptPlacement::Choice choice{runtime::place_for_speed(fused, costs), costs.seconds};
     kept.keep(choice);
     part_out(fused, choice.places, choice.seconds);
-}
-
-void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places,
-                      const std::vector<std::vector<double>>& seconds) {
-    part_out(fused, places);
-    const std::vector<double> of_parts =
-        runtime::seconds_of_parts(fused, places, graph::partition(fused, places), seconds);
-    for (size_t part = 0; part < parts_.size(); ++part) parts_[part].seconds = of_parts[part];
 }
 
 std::vector<PlacedPart> Stream::placement() const {

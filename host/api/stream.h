@@ -87,11 +87,12 @@ class Stream {
     bool ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem::*resource) const;
     std::vector<runtime::PartPlan> part_plans() const;
 
-    /// Cuts the network by `places` (graph::partition) and plans each part without measuring.
-    void part_out(const graph::Graph& fused, const std::vector<int>& places);
-    /// And notes each part's seconds, by [device][node].
+    /// Whether two devices see different memory, so that what one hands to the other is copied.
+    bool is_copied(int from, int to) const;
+    /// Cuts the network by `places` (graph::partition) and plans each part without measuring. `seconds`:
+    /// [device][node], where they are known.
     void part_out(const graph::Graph& fused, const std::vector<int>& places,
-                  const std::vector<std::vector<double>>& seconds);
+                  const std::vector<std::vector<double>>& seconds = {});
     /// Measures every stage on every device and cuts where that makes most frames a second.
     void place_by_measuring(const std::function<void(double)>& progress);
     /// With a fallback, goes on without the device that failed, `why` where that is known; false where none did, or

@@ -407,6 +407,13 @@ struct Convolution {
     }
 };
 
+/// What convolutions in whole numbers round an image to, in a byte each. Input: image. Only where the bytes are copied
+/// to another device (graph/partition.h): such convolutions round as they read.
+struct Numbers {
+    Quantization quantization;
+    Traits traits() const { return {Memory::own, Stored::bytes, Pixels::all, same_rows, 3}; }
+};
+
 /// One step of a pointwise program. Operands number the node's inputs first, then the steps before this one.
 struct Step {
     enum class Function {
@@ -452,7 +459,7 @@ using Operator =
                  Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, LandedSource,
                  MiddleMotion, Between, WarpSharply, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool,
                  Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
-                 NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Pointwise>;
+                 NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Numbers, Pointwise>;
 
 inline Traits traits(const Operator& op) {
     return std::visit(

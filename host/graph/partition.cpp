@@ -1,7 +1,9 @@
 #include "graph/partition.h"
 
 #include <algorithm>
+#include <compare>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -116,6 +118,7 @@ class Numbering {
 struct Wanted {
     Value value;
     int frames_ago;
+    friend auto operator<=>(const Wanted&, const Wanted&) = default;
 };
 
 /// Takes over into a part's graph what it needs of the whole.
@@ -135,12 +138,33 @@ class Extraction {
         if (is_conditioned()) graph.jitter_kernels = whole.jitter_kernels;
     }
 
-    /// The port of a value that another part reads.
-    int port_of(Value value) {
-        const auto found = std::find(graph.exports.begin(), graph.exports.end(), taken_[value]);
+    /// The port of a value that another part reads, where that is told as numbers.
+    int port_of(Value value, const std::optional<Quantization>& numbers) {
+        const Value exported = numbers ? in_numbers(taken_[value], *numbers) : taken_[value];
+        const auto found = std::find(graph.exports.begin(), graph.exports.end(), exported);
         const auto port = static_cast<int>(found - graph.exports.begin());
-        if (found == graph.exports.end()) graph.exports.push_back(taken_[value]);
+        if (found == graph.exports.end()) graph.exports.push_back(exported);
         return port;
+    }
+
+    /// What all that read an import round it to, where it is not stored so: it is imported as that from now on. Of what
+    /// comes from the frame before there may be none yet, and zeros are no numbers.
+    std::optional<Quantization> import_numbers(int port) {
+        const auto [value, frames_ago] = wanted[port];
+        const Value imported = imports_.at(wanted[port]);
+        std::optional<Quantization> numbers;
+        for (const Node& node : graph.nodes) {
+            if (std::find(node.inputs.begin(), node.inputs.end(), imported) == node.inputs.end()) continue;
+            const auto* convolution = std::get_if<Convolution>(&node.op);
+            if (!convolution || !convolution->rounds || !convolution->readings.empty() ||
+                (numbers && *numbers != *convolution->rounds))
+                return std::nullopt;
+            numbers = convolution->rounds;
+        }
+        auto& import = std::get<Import>(graph.nodes[imported].op);
+        if (!numbers || frames_ago > 0 || import.stored == Stored::bytes) return std::nullopt;
+        import.stored = Stored::bytes;
+        return numbers;
     }
 
     /// Of the whole graph: what the part takes of the frame.
@@ -212,6 +236,19 @@ class Extraction {
         return static_cast<Value>(graph.nodes.size()) - 1;
     }
 
+    /// The node that rounds a value, made where there is none.
+    Value in_numbers(Value value, const Quantization& quantization) {
+        const auto is_it = [&](const Node& node) {
+            const auto* numbers = std::get_if<Numbers>(&node.op);
+            return numbers && numbers->quantization == quantization && node.inputs[0] == value;
+        };
+        const auto found = std::find_if(graph.nodes.begin(), graph.nodes.end(), is_it);
+        if (found != graph.nodes.end()) return static_cast<Value>(found - graph.nodes.begin());
+        const std::string name = graph.nodes[value].name + " in bytes";
+        graph.nodes.push_back({Numbers{quantization}, {value}, graph.shape(value), name});
+        return static_cast<Value>(graph.nodes.size()) - 1;
+    }
+
     bool is_conditioned() const {
         return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const Node& node) {
             const auto* convolution = std::get_if<Convolution>(&node.op);
@@ -223,8 +260,8 @@ class Extraction {
     const Numbering& numbering_;
     const std::set<Value>& crossing_;
     const int part_;
-    std::vector<Value> taken_;                        // by the whole graph's value, −1 where it is not
-    std::map<std::pair<Value, int>, Value> imports_;  // by the whole graph's value and frames_ago
+    std::vector<Value> taken_;  // by the whole graph's value, −1 where it is not
+    std::map<Wanted, Value> imports_;
 };
 
 }  // namespace
@@ -239,7 +276,8 @@ std::vector<int> part_of_nodes(const Graph& graph, const std::vector<int>& place
     return Numbering(graph, places).part_of();
 }
 
-Partition partition(const Graph& graph, const std::vector<int>& places) {
+Partition partition(const Graph& graph, const std::vector<int>& places,
+                    const std::function<bool(int from, int to)>& copied) {
     const Numbering numbering(graph, places);
     const std::set<Value> crossing = numbering.crossing_states();
     const int count = static_cast<int>(numbering.places().size());
@@ -252,7 +290,9 @@ Partition partition(const Graph& graph, const std::vector<int>& places) {
         for (int port = 0; port < static_cast<int>(extractions[to].wanted.size()); ++port) {
             const auto& [value, frames_ago] = extractions[to].wanted[port];
             const int from = numbering.part_of()[value];
-            result.links.push_back({from, extractions[from].port_of(value), to, port, frames_ago});
+            const bool is_copied = copied && copied(numbering.places()[from], numbering.places()[to]);
+            const auto numbers = is_copied ? extractions[to].import_numbers(port) : std::nullopt;
+            result.links.push_back({from, extractions[from].port_of(value, numbers), to, port, frames_ago});
         }
     for (int part = 0; part < count; ++part)
         result.parts.push_back(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "graph/graph.h"
@@ -36,7 +37,9 @@ std::vector<int> part_of_nodes(const Graph& graph, const std::vector<int>& place
 
 /// Cuts a graph into parts. `places`: for each node that a kernel makes, the number of its device. What no kernel makes
 /// is repeated in each part that reads it: the frame's inputs, and views of memory. States that cross a cut become
-/// links to the frame before. The output, and each view, is in the part that makes it.
-Partition partition(const Graph& graph, const std::vector<int>& places);
+/// links to the frame before. The output, and each view, is in the part that makes it. `copied`: whether what crosses
+/// from one place to another is copied; then what convolutions in whole numbers alone read crosses as their numbers.
+Partition partition(const Graph& graph, const std::vector<int>& places,
+                    const std::function<bool(int from, int to)>& copied = {});
 
 }  // namespace clarus::graph

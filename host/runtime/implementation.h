@@ -176,6 +176,7 @@ std::span<const Implementation> nss_flicker_implementations();
 std::span<const Implementation> nss_input_implementations();
 std::span<const Implementation> nss_resolve_implementations();
 std::span<const Implementation> max_pool_implementations();
+std::span<const Implementation> numbers_implementations();
 std::span<const Implementation> pointwise_implementations();
 
 }  // namespace clarus::runtime

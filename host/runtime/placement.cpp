@@ -67,7 +67,7 @@ std::string stage_names(const Graph& graph) {
 class Simulation {
   public:
     Simulation(const Graph& graph, const std::vector<int>& places, const PlacementCosts& costs)
-        : partition_(graph::partition(graph, places)),
+        : partition_(graph::partition(graph, places, costs.copied)),
           costs_(costs),
           seconds_(seconds_of_parts(graph, places, partition_, costs.seconds)),
           free_(costs.seconds.size(), 0) {}
@@ -99,8 +99,7 @@ class Simulation {
     /// As layouts have it: a pixel takes a multiple of four elements.
     double bytes_of(const Graph& graph, Value value) const {
         constexpr int kElements = 4;
-        const auto* convolution = std::get_if<graph::Convolution>(&graph.nodes[value].op);
-        const bool in_bytes = convolution && convolution->result;
+        const bool in_bytes = graph::traits(graph.nodes[value].op).stored == graph::Stored::bytes;
         const graph::Shape& shape = graph.shape(value);
         return double(shape.width) * shape.height * round_up(shape.channels, kElements) *
                (in_bytes ? 1 : costs_.bytes_of_a_float);

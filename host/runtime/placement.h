@@ -23,7 +23,8 @@ struct PlacementCosts {
     std::vector<std::vector<double>> seconds;
     /// How long so many bytes take from one device to another.
     std::function<double(int from, int to, double bytes)> transfer;
-    int bytes_of_a_float = 4;  // as images are stored
+    std::function<bool(int from, int to)> copied;  // as graph::partition has it
+    int bytes_of_a_float = 4;                      // as images are stored
 };
 
 /// Seconds of each part's work of a frame, without waiting. `graph`, `places`: what is cut.

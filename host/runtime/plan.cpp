@@ -154,6 +154,7 @@ std::map<int, Lowered> Plan::convolutions() const {
 }
 
 bool is_copy(const PlannedStage& stage) {
+    if (std::holds_alternative<graph::Numbers>(stage.problem.node.op)) return true;
     const auto* program = std::get_if<graph::Pointwise>(&stage.problem.node.op);
     return program && program->steps.empty() && stage.problem.node.inputs.size() == 1;
 }

@@ -82,6 +82,27 @@ TEST_CASE("a network in whole numbers that is cut between a CPU's kernels and a 
     }
 }
 
+TEST_CASE("what whole numbers alone read is copied to another device in bytes, and stays in place where none is") {
+    const test::Golden golden("mnss_x2");
+    const Model model = Model::find("mnss-x2-int8");
+    Film film(golden);
+    Upscaler alone(test_device(), model, golden.render, options_for(golden));
+    const Images expected = film.run(alone);
+    const auto bytes_of = [&](const Device& device, const std::string& value) {
+        Upscaler cut(device, model, golden.render, options_for(golden, "blending: convolution*=1"));
+        CHECK(film.run(cut) == expected);
+        size_t bytes = 0;
+        for (const PlacedPart& part : cut.placement())
+            for (const PlacedPart::Input& input : part.inputs)
+                if (part.device == 1 && input.value == value) bytes += input.bytes;
+        return bytes;
+    };
+    const size_t copied = bytes_of(of_two_contexts(), "blending: placed samples in bytes");
+    const size_t read = bytes_of(of_one_context(), "blending: placed samples");
+    CHECK(copied > 0);
+    CHECK(copied < read / 3);  // a quarter, but for what stands after the last pixel
+}
+
 TEST_CASE("streams that share devices, each on a thread of its own, compute the same bits") {
     const test::Golden golden("mnss_x2_checked");
     for (const Device& device : {test_device(), of_one_context(), of_two_contexts()}) {

@@ -164,6 +164,40 @@ TEST_SUITE("small") {
         }));
     }
 
+    TEST_CASE("what whole numbers alone read crosses as bytes where it is copied") {
+        const Quantization as{0.5f, 3}, otherwise{0.25f, 3};
+        const auto graph_of = [](const std::vector<std::optional<Quantization>>& readers) {
+            Graph graph;
+            const Value a = convolution(graph, graph.input(Resource::color, kSize), "a");
+            std::vector<Value> results;
+            for (const auto& rounds : readers) {
+                results.push_back(convolution(graph, a, "b"));
+                std::get<Convolution>(graph.nodes[results.back()].op).rounds = rounds;
+            }
+            graph.output = graph.slice(graph.concat(results), 0, 3);
+            return graph;
+        };
+        const auto exported = [](const Graph& graph, bool copied) {
+            std::vector<int> places(graph.nodes.size(), 1);
+            places[1] = 0;  // a
+            const Partition cut = partition(graph, places, [&](int, int) { return copied; });
+            REQUIRE(cut.parts.size() == 2);
+            REQUIRE(cut.links.size() == 1);
+            const Graph& maker = cut.parts[0].graph;
+            const auto* numbers = std::get_if<Numbers>(&maker.nodes[maker.exports[0]].op);
+            for (const Node& node : cut.parts[1].graph.nodes)
+                if (const auto* import = std::get_if<Import>(&node.op))
+                    CHECK((import->stored == Stored::bytes) == (numbers != nullptr));
+            return numbers ? std::optional(numbers->quantization) : std::nullopt;
+        };
+        CHECK(exported(graph_of({as}), true) == as);
+        CHECK(exported(graph_of({as, as}), true) == as);
+        CHECK(exported(graph_of({as}), false) == std::nullopt);
+        CHECK(exported(graph_of({as, otherwise}), true) == std::nullopt);
+        CHECK(exported(graph_of({as, std::nullopt}), true) == std::nullopt);
+        CHECK(exported(graph_of({std::nullopt}), true) == std::nullopt);
+    }
+
     TEST_CASE("what gathers the frame's inputs alone is made in every part that reads it") {
         Graph graph;
         const Value frame = graph.concat({graph.input(Resource::color, kSize), graph.input(Resource::depth, kSize)});

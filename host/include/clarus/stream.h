@@ -166,7 +166,7 @@ struct PlacedPart {
     /// What it reads that another part made.
     struct Input {
         int part;           // that made it, by its place in Upscaler::placement
-        std::string value;  // the name of the stage
+        std::string value;  // the name of the stage, and " in bytes" where it is rounded to be copied
         int frames_ago;     // 0: of the same frame; 1: of the frame before
         size_t bytes;
     };

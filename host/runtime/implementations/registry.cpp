@@ -59,6 +59,7 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::NssInput&) const { return nss_input_implementations(); }
     std::span<const Implementation> operator()(const graph::NssResolve&) const { return nss_resolve_implementations(); }
     std::span<const Implementation> operator()(const graph::MaxPool&) const { return max_pool_implementations(); }
+    std::span<const Implementation> operator()(const graph::Numbers&) const { return numbers_implementations(); }
     std::span<const Implementation> operator()(const graph::Pointwise&) const { return pointwise_implementations(); }
 
     // Written by ingest, carried over from the frame before, or views of another value's memory.
