@@ -131,7 +131,7 @@ class PyTorch:
         torch.set_grad_enabled(False)
         self.precision = torch.autocast("cpu", torch.bfloat16, enabled=precision == "bf16", cache_enabled=False)
         case = json.loads((folder.parent / "case.json").read_text())
-        network = model_file.load(case["model"])
+        network = model_file.load(case["model"], simulated=True)
         graph = onnx.GRAPHS[folder.name](network, onnx.smooth_frame(network, case["size"]))
         tensors = [torch.from_numpy(array) for array in inputs.values()]
         module = graph.module.eval()

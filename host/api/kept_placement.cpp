@@ -23,13 +23,18 @@ namespace {
 constexpr size_t kLargestFile = size_t{1} << 20;  // bytes
 
 /// All that measured times depend on.
-std::string described(const graph::Graph& graph, std::span<const DeviceProfile> devices, const StreamOptions& options) {
+std::string described(const graph::Graph& graph, std::span<const DeviceProfile> devices,
+                      const std::function<bool(int from, int to)>& copied, const StreamOptions& options) {
     std::string text = fmt::format("{} precision {} tuning {}\n", CLARUS_VERSION_STRING,
                                    static_cast<int>(options.precision), static_cast<int>(options.tuning));
     for (const DeviceProfile& device : devices)
         text += fmt::format("{}|{}|{}|{}|{}|{}|{}\n", device.platform, device.name, device.driver_version,
                             device.opencl_version, device.compute_units, device.clock_mhz,
                             static_cast<int>(device.device_class));
+    const int count = static_cast<int>(devices.size());
+    for (int from = 0; from < count; ++from)
+        for (int to = 0; to < count; ++to) text += copied(from, to) ? '1' : '0';
+    text += '\n';
     for (const graph::Node& node : graph.nodes) {
         text += fmt::format("{} {} {}x{}x{}", node.op.index(), node.name, node.shape.channels, node.shape.height,
                             node.shape.width);
@@ -47,11 +52,11 @@ std::string described(const graph::Graph& graph, std::span<const DeviceProfile> 
 }  // namespace
 
 KeptPlacement::KeptPlacement(const graph::Graph& graph, std::span<const DeviceProfile> devices,
-                             const StreamOptions& options)
+                             const std::function<bool(int from, int to)>& copied, const StreamOptions& options)
     : nodes_(graph.nodes.size()), devices_(devices.size()) {
     const std::string folder = cache_directory();
     if (folder.empty()) return;
-    const std::string text = described(graph, devices, options);
+    const std::string text = described(graph, devices, copied, options);
     file_ = fmt::format("{}/placements/{}.json", folder, hexadecimal(hash_of(text)));
 }
 

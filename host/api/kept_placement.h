@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,8 +16,9 @@ namespace clarus {
 /// placement is measured again.
 class KeptPlacement {
   public:
-    /// `graph`: fused, of the size that is placed.
-    KeptPlacement(const graph::Graph& graph, std::span<const DeviceProfile> devices, const StreamOptions& options);
+    /// `graph`: fused, of the size that is placed. `copied`: as graph::partition has it.
+    KeptPlacement(const graph::Graph& graph, std::span<const DeviceProfile> devices,
+                  const std::function<bool(int from, int to)>& copied, const StreamOptions& options);
 
     struct Choice {
         std::vector<int> places;                   // by node, as partition's

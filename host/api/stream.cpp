@@ -28,6 +28,11 @@ constexpr double kExposureKept = 0.9;
 // Of a step between convolutions, of which each channel is compiled: 1024 times tanh take PoCL 3.1 16 s.
 constexpr int kMostChannels = 1024;
 
+/// Whether what one of these devices hands to another is copied.
+std::function<bool(int, int)> copies_between(const std::vector<std::shared_ptr<ocl::Context>>& contexts) {
+    return [&contexts](int from, int to) { return !contexts[from]->shares_memory_with(*contexts[to]); };
+}
+
 void check_work(const graph::Graph& graph, Size render) {
     double all = 0;
     for (const graph::Node& node : graph.nodes)
@@ -98,17 +103,17 @@ std::vector<runtime::PartPlan> Stream::part_plans() const {
     return plans;
 }
 
-bool Stream::is_copied(int from, int to) const {
-    const auto context = [&](int device) { return device_.contexts()[device]->context()(); };
-    return context(from) != context(to);
-}
-
 void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places,
                       const std::vector<std::vector<double>>& seconds) {
-    graph::Partition partition =
-        graph::partition(fused, places, [this](int from, int to) { return is_copied(from, to); });
+    graph::Partition partition = graph::partition(fused, places, copies_between(device_.contexts()));
     std::vector<double> of_parts(partition.parts.size());
     if (!seconds.empty()) of_parts = runtime::seconds_of_parts(fused, places, partition, seconds);
+    seconds_alone_.clear();
+    for (int device = 0; device < static_cast<int>(seconds.size()); ++device) {
+        const std::vector<int> alone(fused.nodes.size(), device);
+        const graph::Partition whole = graph::partition(fused, alone);
+        seconds_alone_.push_back(runtime::seconds_of_parts(fused, alone, whole, seconds).front());
+    }
     std::vector<Part> parts;
     std::vector<bool> has_queue(device_.contexts().size(), false);
     for (graph::Part& each : partition.parts) {
@@ -134,7 +139,7 @@ void Stream::part_out(const graph::Graph& fused, const std::vector<int>& places,
 void Stream::place_by_measuring(const std::function<void(double)>& progress) {
     const std::vector<std::shared_ptr<ocl::Context>>& contexts = device_.contexts();
     const graph::Graph fused = graph::fuse(largest_.graph, options_.views);
-    const KeptPlacement kept(fused, device_.profiles(), options_);
+    const KeptPlacement kept(fused, device_.profiles(), copies_between(contexts), options_);
     if (options_.tuning != Tuning::measure) {
         const KeptPlacement::Choice choice = kept.find();
         if (!choice.places.empty()) return part_out(fused, choice.places, choice.seconds);
@@ -149,7 +154,7 @@ void Stream::place_by_measuring(const std::function<void(double)>& progress) {
         for (size_t to = 0; to < contexts.size(); ++to)
             if (from != to) times[from][to] = measure_transfer(*contexts[from], *contexts[to]);
     if (options_.precision == Precision::fp16) costs.bytes_of_a_float = 2;
-    costs.copied = [this](int from, int to) { return is_copied(from, to); };
+    costs.copied = copies_between(contexts);
     costs.transfer = [&](int from, int to, double bytes) {
         return times[from][to].start + times[from][to].a_byte * bytes;
     };
@@ -167,7 +172,7 @@ std::vector<PlacedPart> Stream::placement() const {
         part.device = parts_[index].device;
         part.seconds = parts_[index].seconds;
         for (const runtime::PlannedStage& stage : plan.stages)
-            if (!runtime::is_copy(stage)) part.stages.push_back(stage.problem.node.name);
+            if (!runtime::only_moves(stage)) part.stages.push_back(stage.problem.node.name);
         for (const graph::Link& link : links_) {
             if (link.to != static_cast<int>(index)) continue;
             const runtime::TensorLayout* const layout = plan.imports()[link.to_port];

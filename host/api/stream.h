@@ -67,6 +67,8 @@ class Stream {
 
     /// How the stages are shared out among several devices, by parts that run one after the other; empty of one device.
     std::vector<PlacedPart> placement() const;
+    /// Upscaler::seconds_alone.
+    const std::vector<double>& seconds_alone() const { return seconds_alone_; }
 
   private:
     using Select = std::function<runtime::Selection(const runtime::Problem&)>;
@@ -87,8 +89,6 @@ class Stream {
     bool ingests(std::optional<runtime::TensorLayout> runtime::IngestProblem::*resource) const;
     std::vector<runtime::PartPlan> part_plans() const;
 
-    /// Whether two devices see different memory, so that what one hands to the other is copied.
-    bool is_copied(int from, int to) const;
     /// Cuts the network by `places` (graph::partition) and plans each part without measuring. `seconds`:
     /// [device][node], where they are known.
     void part_out(const graph::Graph& fused, const std::vector<int>& places,
@@ -125,6 +125,7 @@ class Stream {
     std::vector<graph::Link> links_;
     std::vector<int> places_;  // devices of the fused graph's nodes
     std::vector<bool> lost_;   // by device
+    std::vector<double> seconds_alone_;
     MemoryRequirements memory_;
     std::optional<runtime::KeptChoices> choices_;
     std::unique_ptr<runtime::Program> program_;

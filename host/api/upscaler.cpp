@@ -183,6 +183,8 @@ double Upscaler::largest_jitter_distance() const { return state_->stream.largest
 
 std::vector<PlacedPart> Upscaler::placement() const { return state_->stream.placement(); }
 
+std::vector<double> Upscaler::seconds_alone() const { return state_->stream.seconds_alone(); }
+
 std::vector<StageProfile> Upscaler::take_profile() { return state_->stream.take_profile(); }
 
 }  // namespace clarus

@@ -45,6 +45,9 @@ class Context {
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
+    /// Whether what one makes the other reads where it is.
+    bool shares_memory_with(const Context& other) const { return context_() == other.context_(); }
+
     /// Whether queue() is the one that a caller handed to Device::adopt.
     bool queue_is_callers() const { return queue_is_callers_; }
     /// Whether events of queue() carry times; a caller's queue may have been made without.

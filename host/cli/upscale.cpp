@@ -261,6 +261,9 @@ void print_placement(const Upscaler& upscaler, const Device& device) {
         fmt::print("{:<16}{}{:>9.2f}  {}\n", fmt::format("{}: {}", part.device, devices[part.device].selector),
                    measured ? fmt::format("{:>9.2f}", 1e3 * part.seconds) : "",
                    1e-6 * static_cast<double>(part.bytes_in), fmt::join(part.stages, ", "));
+    const std::vector<double> alone = upscaler.seconds_alone();
+    for (size_t index = 0; index < alone.size(); ++index)
+        fmt::print("{:<16}{:>9.2f}{:>9}  all stages\n", fmt::format("{} alone", index), 1e3 * alone[index], "");
     for (const PlacedPart& part : parts)
         for (const PlacedPart::Input& input : part.inputs)
             if (input.frames_ago > 0)

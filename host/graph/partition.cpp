@@ -147,12 +147,13 @@ class Extraction {
         return port;
     }
 
-    /// What all that read an import round it to, where it is not stored so: it is imported as that from now on. Of what
-    /// comes from the frame before there may be none yet, and zeros are no numbers.
-    std::optional<Quantization> import_numbers(int port) {
-        const auto [value, frames_ago] = wanted[port];
+    /// What all that read an import round it to, where it is not stored so. Of what comes from the frame before there
+    /// may be none yet, and zeros are no numbers.
+    std::optional<Quantization> numbers_of(int port) const {
         const Value imported = imports_.at(wanted[port]);
         std::optional<Quantization> numbers;
+        if (wanted[port].frames_ago > 0 || std::get<Import>(graph.nodes[imported].op).stored == Stored::bytes)
+            return numbers;
         for (const Node& node : graph.nodes) {
             if (std::find(node.inputs.begin(), node.inputs.end(), imported) == node.inputs.end()) continue;
             const auto* convolution = std::get_if<Convolution>(&node.op);
@@ -161,10 +162,10 @@ class Extraction {
                 return std::nullopt;
             numbers = convolution->rounds;
         }
-        auto& import = std::get<Import>(graph.nodes[imported].op);
-        if (!numbers || frames_ago > 0 || import.stored == Stored::bytes) return std::nullopt;
-        import.stored = Stored::bytes;
         return numbers;
+    }
+    void import_as_bytes(int port) {
+        std::get<Import>(graph.nodes[imports_.at(wanted[port])].op).stored = Stored::bytes;
     }
 
     /// Of the whole graph: what the part takes of the frame.
@@ -285,14 +286,28 @@ Partition partition(const Graph& graph, const std::vector<int>& places,
     extractions.reserve(count);
     for (int part = 0; part < count; ++part) extractions.emplace_back(graph, numbering, crossing, part);
 
+    const auto is_copied = [&](Value value, int to) {
+        return copied && copied(numbering.places()[numbering.part_of()[value]], numbering.places()[to]);
+    };
+    // What each value is copied as: as numbers where all that read a copy agree, lest it be copied in two forms.
+    std::map<Value, std::optional<Quantization>> numbers;
+    for (int to = 0; to < count; ++to)
+        for (int port = 0; port < static_cast<int>(extractions[to].wanted.size()); ++port) {
+            const Value value = extractions[to].wanted[port].value;
+            if (!is_copied(value, to)) continue;
+            const std::optional<Quantization> wish = extractions[to].numbers_of(port);
+            const auto [known, is_first] = numbers.try_emplace(value, wish);
+            if (!is_first && known->second != wish) known->second.reset();
+        }
+
     Partition result;
     for (int to = 0; to < count; ++to)
         for (int port = 0; port < static_cast<int>(extractions[to].wanted.size()); ++port) {
             const auto& [value, frames_ago] = extractions[to].wanted[port];
             const int from = numbering.part_of()[value];
-            const bool is_copied = copied && copied(numbering.places()[from], numbering.places()[to]);
-            const auto numbers = is_copied ? extractions[to].import_numbers(port) : std::nullopt;
-            result.links.push_back({from, extractions[from].port_of(value, numbers), to, port, frames_ago});
+            const auto as = is_copied(value, to) ? numbers.at(value) : std::nullopt;
+            if (as) extractions[to].import_as_bytes(port);
+            result.links.push_back({from, extractions[from].port_of(value, as), to, port, frames_ago});
         }
     for (int part = 0; part < count; ++part)
         result.parts.push_back(

@@ -153,7 +153,7 @@ std::map<int, Lowered> Plan::convolutions() const {
     return result;
 }
 
-bool is_copy(const PlannedStage& stage) {
+bool only_moves(const PlannedStage& stage) {
     if (std::holds_alternative<graph::Numbers>(stage.problem.node.op)) return true;
     const auto* program = std::get_if<graph::Pointwise>(&stage.problem.node.op);
     return program && program->steps.empty() && stage.problem.node.inputs.size() == 1;

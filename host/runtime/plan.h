@@ -30,7 +30,7 @@ struct PlannedStage {
 };
 
 /// Whether it only moves an image into memory where it is wanted, or in bytes: no rule of a placement can name it.
-bool is_copy(const PlannedStage& stage);
+bool only_moves(const PlannedStage& stage);
 
 /// A launch of a stage: for all rows of its result, or for some.
 struct StageRows {

@@ -29,8 +29,6 @@ size_t bytes_of_export(const PartPlan& part, int port) {
 /// Less than 0 where the command failed.
 cl_int status(const cl::Event& event) { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); }
 
-bool shares_memory(const PartPlan& a, const PartPlan& b) { return a.context->context()() == b.context->context()(); }
-
 }  // namespace
 
 std::optional<FrameFailure> failure_of(const FrameResult& frame) {
@@ -92,7 +90,7 @@ int Program::handover_to(std::span<const PartPlan> parts, const graph::Link& lin
         const size_t bytes = from.plan->memory.places[layout.memory].bytes;
         Handover handover{link.from, link.from_port, layout, context, bytes, {}, nullptr};
         for (cl::Buffer& buffer : handover.buffers) buffer = zeroed(*parts[reader].context, handover.bytes);
-        if (!shares_memory(from, parts[reader])) {
+        if (!from.context->shares_memory_with(*parts[reader].context)) {
             const graph::Graph& graph = from.plan->layout.graph;
             handover.transfer =
                 std::make_unique<Transfer>(*from.context, *parts[reader].context, handover.bytes,

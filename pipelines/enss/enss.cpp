@@ -144,7 +144,7 @@ graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, co
 
     // Steps 3 and 4.
     seen.push_back(graph.space_to_depth(warped, scale));
-    Value x = graph.concat(std::move(seen));
+    Value x = graph.concat(std::move(seen), "network input");
     x = graph.convolution(x, std::move(first), Activation::relu, "first convolution");
     kernels.conditioned.push_back(static_cast<int>(graph.parameters.size()) - 1);
     for (int layer = 0; layer < widths.body; ++layer)

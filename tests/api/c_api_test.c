@@ -188,6 +188,7 @@ int main(void) {
     CHECK(clarus_upscaler_part_count(upscaler) >= 2);
     part = clarus_upscaler_part(upscaler, 0);
     CHECK(part.device == 0 && part.stage_count > 0 && strlen(part.stages[0]) > 0);
+    CHECK(clarus_upscaler_seconds_alone(upscaler, 0) == 0); /* rules do not measure */
     CHECK(clarus_upscaler_submit(upscaler, &frame, NULL) == CLARUS_OK);
     CHECK(clarus_upscaler_wait(upscaler) == CLARUS_OK);
     clarus_upscaler_release(upscaler);

@@ -103,6 +103,26 @@ TEST_CASE("what whole numbers alone read is copied to another device in bytes, a
     CHECK(copied < read / 3);  // a quarter, but for what stands after the last pixel
 }
 
+TEST_CASE("what is copied in bytes is the same by any storage and by kernels for a DSP") {
+    for (const char* name : {"mnss-x2-int8", "enss-s-x2-int8"}) {
+        const test::Golden golden(std::string(name).starts_with("mnss") ? "mnss_x2" : "enss_x2_table");
+        const Model model = Model::find(name);
+        Film film(golden);
+        for (const Precision precision : {Precision::fp32, Precision::fp16}) {
+            UpscalerOptions options = options_for(golden, "*convolution*=1");
+            options.precision = precision;
+            Upscaler cut(of_two_contexts(), model, golden.render, options);
+            options.placement = "auto";
+            Upscaler alone(test_device(), model, golden.render, options);
+            CHECK(film.run(cut) == film.run(alone));
+        }
+        const Device dsp = Device::together({test_device(), Device::open(test_selector() + "=dsp")});
+        Upscaler cut(dsp, model, golden.render, options_for(golden, "*convolution*=dsp"));
+        Upscaler alone(test_device(), model, golden.render, options_for(golden));
+        CHECK(film.run(cut) == film.run(alone));
+    }
+}
+
 TEST_CASE("streams that share devices, each on a thread of its own, compute the same bits") {
     const test::Golden golden("mnss_x2_checked");
     for (const Device& device : {test_device(), of_one_context(), of_two_contexts()}) {
@@ -163,6 +183,8 @@ TEST_CASE("auto places by measuring and computes the same bits") {
     }
     CHECK(seconds > 0);
     CHECK(stages > 2);
+    REQUIRE(upscaler.seconds_alone().size() == 2);
+    for (const double each : upscaler.seconds_alone()) CHECK(each > 0);
     CHECK(film.run(upscaler) == expected);
 }
 

@@ -620,6 +620,12 @@ TEST_CASE("upscale --explain-placement prints what each device makes, by rules o
     };
     CHECK(table(of_file.out) == table(given.out));
 
+    const Outcome measured = explained("auto");
+    REQUIRE_MESSAGE(measured.exit_code == 0, measured.err);
+    CHECK_MESSAGE(contains(measured.out, "\n0 alone "), measured.out);
+    CHECK_MESSAGE(contains(measured.out, "\n1 alone "), measured.out);
+    CHECK(!contains(given.out, "alone"));
+
     std::ofstream(file) << "# nothing yet\n";
     const Outcome of_nothing = explained(file.string());
     CHECK(of_nothing.exit_code == 1);

@@ -14,7 +14,9 @@ namespace {
 /// What is kept of a network of three nodes on two devices.
 class Kept {
   public:
-    Kept() : cache_(folder_.path()), placement_(network(), std::vector<DeviceProfile>(2), {}) {
+    Kept()
+        : cache_(folder_.path()),
+          placement_(network(), std::vector<DeviceProfile>(2), [](int, int) { return false; }, {}) {
         placement_.keep({{0, 0, 0}, {{0, 0, 0}, {0, 0, 0}}});
         file_ = std::filesystem::directory_iterator(folder_ / "placements")->path();
     }

@@ -198,6 +198,70 @@ TEST_SUITE("small") {
         CHECK(exported(graph_of({std::nullopt}), true) == std::nullopt);
     }
 
+    TEST_CASE("of a value that several parts read one form is copied, and none for what the frame before made") {
+        const Quantization as{0.5f, 3};
+        const auto rounding = [&](Graph& graph, Value image, const char* name) {
+            const Value made = convolution(graph, image, name);
+            std::get<Convolution>(graph.nodes[made].op).rounds = as;
+            return made;
+        };
+        // What device 0 makes is read by a part of device 1 and by one of device 2.
+        const auto exports = [&](bool both_round, const std::function<bool(int, int)>& copied) {
+            Graph graph;
+            const Value a = convolution(graph, graph.input(Resource::color, kSize), "a");
+            const Value b = rounding(graph, a, "b");
+            const Value c = both_round ? rounding(graph, a, "c") : convolution(graph, a, "c");
+            graph.output = graph.concat({b, c});
+            std::vector<int> places(graph.nodes.size(), 0);
+            places[b] = 1, places[c] = 2;
+            const Partition cut = partition(graph, places, copied);
+            std::vector<std::string> names;
+            for (const Link& link : cut.links)
+                if (link.from == 0)
+                    names.push_back(cut.parts[0].graph.nodes[cut.parts[0].graph.exports[link.from_port]].name);
+            return names;
+        };
+        using Names = std::vector<std::string>;
+        const auto all = [](int, int) { return true; };
+        CHECK(exports(true, all) == Names{"a in bytes", "a in bytes"});
+        CHECK(exports(false, all) == Names{"a", "a"});
+        CHECK(exports(true, [](int, int to) { return to == 1; }) == Names{"a in bytes", "a"});
+        CHECK(exports(false, [](int, int to) { return to == 1; }) == Names{"a in bytes", "a"});
+
+        Graph graph;
+        const Value color = graph.input(Resource::color, kSize);
+        const Value history = graph.previous({3, kSize.height, kSize.width}, "history");
+        const Value a = convolution(graph, color, "a");
+        graph.output = rounding(graph, history, "b");
+        graph.carry(history, a);
+        std::vector<int> places(graph.nodes.size(), 0);
+        places[graph.output] = 1;
+        const Partition cut = partition(graph, places, all);
+        REQUIRE(cut.links.size() == 1);
+        CHECK(cut.links[0].frames_ago == 1);
+        CHECK(cut.parts[0].graph.nodes[cut.parts[0].graph.exports[0]].name == "a");
+    }
+
+    TEST_CASE("bytes cross as they are, and what convolutions read in another way as it is stored") {
+        const Quantization as{0.5f, 3};
+        for (const bool bytes : {false, true}) {
+            Graph graph;
+            const Value a = convolution(graph, graph.input(Resource::color, kSize), "a");
+            graph.output = convolution(graph, a, "b");
+            auto& reader = std::get<Convolution>(graph.nodes[graph.output].op);
+            reader.rounds = as;
+            if (bytes)
+                std::get<Convolution>(graph.nodes[a].op).result = as;
+            else
+                reader.readings = {Reading::pooled};
+            std::vector<int> places(graph.nodes.size(), 0);
+            places[graph.output] = 1;
+            const Partition cut = partition(graph, places, [](int, int) { return true; });
+            const Graph& maker = cut.parts[0].graph;
+            CHECK(std::holds_alternative<Convolution>(maker.nodes[maker.exports[0]].op));
+        }
+    }
+
     TEST_CASE("what gathers the frame's inputs alone is made in every part that reads it") {
         Graph graph;
         const Value frame = graph.concat({graph.input(Resource::color, kSize), graph.input(Resource::depth, kSize)});

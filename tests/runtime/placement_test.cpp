@@ -136,6 +136,20 @@ TEST_SUITE("small") {
         CHECK(seconds_of_parts(graph, one, partition(graph, one), given.seconds) == std::vector<double>{3});
     }
 
+    TEST_CASE("moving is counted by bytes: what whole numbers alone read takes a quarter where it is copied") {
+        Graph graph = chain(2, false);
+        std::get<Convolution>(graph.nodes[graph.output].op).rounds = Quantization{0.5f, 3};
+        PlacementCosts given = costs(graph, {{1, 1}, {1, 1}}, 0);
+        given.transfer = [](int from, int to, double bytes) { return from == to ? 0 : bytes; };
+        std::vector<int> places(graph.nodes.size(), 0);
+        places[graph.output] = 1;
+        constexpr int kElements = kSize.width * kSize.height * 4;  // channels come in fours
+        for (const bool copied : {false, true}) {
+            given.copied = [copied](int, int) { return copied; };
+            CHECK(placement_time(graph, places, given).latency == doctest::Approx(2 + kElements * (copied ? 1 : 4)));
+        }
+    }
+
     TEST_CASE("few placements of a long chain are better than the one chosen") {
         std::mt19937 random(9);
         constexpr int kStages = 16, kTries = 500;

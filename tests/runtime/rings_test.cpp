@@ -150,6 +150,21 @@ TEST_CASE("max pooling works on bands of rows between rings" * doctest::test_sui
         0);
 }
 
+TEST_CASE("rounding to numbers works on bands of rows between rings" * doctest::test_suite("small")) {
+    std::mt19937 random(7);
+    const graph::Shape shape{6, 21, 9};
+    runtime::Problem problem;
+    problem.node = {graph::Numbers{{0.01f, 100}}, {}, shape, "numbers"};
+    problem.inputs = {part(shape, Storage::f32)};
+    problem.output = part(shape, Storage::u8);
+    check_bands(
+        problem, {random_planes(shape, random, -2, 2)}, {},
+        [&](int, int first, int end) {
+            return Rows{first, end};
+        },
+        0);
+}
+
 TEST_CASE("pointwise programs work on bands of rows between rings, of smaller and zero-upsampled images too" *
           doctest::test_suite("small")) {
     std::mt19937 random(6);

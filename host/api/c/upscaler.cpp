@@ -127,6 +127,12 @@ clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t 
     return {part.device, stages.data(), stages.size(), part.seconds, part.bytes_in};
 }
 
+double clarus_upscaler_seconds_alone(const clarus_upscaler* upscaler, size_t device) {
+    if (!upscaler) return 0;
+    const std::vector<double> seconds = upscaler->upscaler.seconds_alone();
+    return device < seconds.size() ? seconds[device] : 0;
+}
+
 clarus_status clarus_upscaler_take_profile(clarus_upscaler* upscaler, const clarus_stage_profile** stages,
                                            size_t* count) {
     return guarded([&] { take(given(upscaler, "upscaler").profile, upscaler->upscaler, stages, count); });

@@ -273,6 +273,8 @@ clarus_status clarus_upscaler_prepare_with(clarus_upscaler* upscaler, void (*pro
 size_t clarus_upscaler_part_count(clarus_upscaler* upscaler);
 /* Its words live until the parts are next counted. */
 clarus_placed_part clarus_upscaler_part(const clarus_upscaler* upscaler, size_t index);
+/* What a frame's stages would take on one of the devices alone; 0 where "auto" has not measured it. */
+double clarus_upscaler_seconds_alone(const clarus_upscaler* upscaler, size_t device);
 
 /* `done` may be NULL; else it receives an event that the caller releases with clReleaseEvent. */
 clarus_status clarus_upscaler_submit(clarus_upscaler* upscaler, const clarus_frame* frame, cl_event* done);

@@ -118,6 +118,9 @@ class CLARUS_API Upscaler {
     /// How the stages are shared out among several devices, part by part; empty of one device. Before `prepare` has
     /// measured, what "auto" starts from.
     std::vector<PlacedPart> placement() const;
+    /// What the stages of a frame would take on each of several devices alone, in seconds, as "auto" has measured them;
+    /// empty before that, and where rules place.
+    std::vector<double> seconds_alone() const;
 
     /// Stages with their times since the last call; empty unless options.profile.
     std::vector<StageProfile> take_profile();

@@ -7,7 +7,7 @@ import torch
 from torch import nn
 import torch.nn.functional as F
 
-from . import history, losses, model_file, operators, quantized, safetensors
+from . import history, losses, model_file, operators, quantized
 from .layers import through
 
 SIZES = {"s": (16, 1), "m": (32, 3), "l": (64, 5)}  # name: (features f, middle layers m)
@@ -97,7 +97,9 @@ class Enss(nn.Module):
         self.quantized = {}
 
     def kernels_for(self, jitters):
-        """By name, a batch of them; where they are quantized with their weight scales, or which entries of tables serve."""
+        """By name, a batch of them. Of layers in whole numbers also which "entry" of a table serves; where these are
+        simulated, their weight scales.
+        """
         kernels = split_kernels(self.kernels(jitters), self.scale, self.features, self.checked)
         if self.first or self.last:
             kernels["entry"] = self.kernels.nearest(jitters)
@@ -254,10 +256,8 @@ def shape(arguments):
     features, middle = SIZES[arguments.size]
     without = tuple(arguments.without)
     checks = dict(checked=arguments.checked, held=arguments.held)
-    # In whole numbers kernels are a file's table.
-    entries = len(safetensors.load(arguments.start)[0].get("first.bias", [])) if arguments.int8 else None
-    widths = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden, entries=entries)
-    return dict(**widths, without=without, **checks)
+    widths = dict(scale=arguments.scale, features=features, middle=middle, hidden=arguments.hidden)
+    return dict(**widths, entries=arguments.entries, without=without, **checks)
 
 
 def parameter_groups(network, arguments):

@@ -23,11 +23,17 @@ def same_shape(state, other):
 
 
 def mix(network, other, share):
-    """Moves a network's weights by a share of the way to those of another training of it."""
+    """Moves a network's weights by a share of the way to those of another training of it, with the same jitters and, in
+    whole numbers, the same scales.
+    """
+    theirs = dict(other.named_buffers())
+    for name, buffer in network.named_buffers():
+        if not torch.equal(buffer, theirs[name]):
+            raise SystemExit(f"--mix: {name} of the two networks differ")
+    theirs = dict(other.named_parameters())
     with torch.no_grad():
-        theirs = other.state_dict()
-        for name, tensor in network.state_dict().items():
-            tensor.lerp_(theirs[name], share)
+        for name, parameter in network.named_parameters():
+            parameter.lerp_(theirs[name], share)
 
 
 def main():

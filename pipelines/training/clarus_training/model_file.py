@@ -22,14 +22,17 @@ def plain_tensors(network, half, facts=None):
 
 def save(path, network, jitters=None, mlp=False, half=False):
     """Writes a model; `half` stores all but jitters in half precision. For `jitters` and `mlp`: enss.model_tensors."""
+    safetensors.save(path, *content(network, jitters, mlp, half))
+
+
+def content(network, jitters=None, mlp=False, half=False):
+    """The tensors and metadata that `save` writes."""
     from .pipelines import PIPELINES
 
     module = PIPELINES[network.pipeline]
     if hasattr(module, "model_tensors"):
-        content = module.model_tensors(network, jitters, mlp, half)
-    else:
-        content = plain_tensors(network, half)
-    safetensors.save(path, *content)
+        return module.model_tensors(network, jitters, mlp, half)
+    return plain_tensors(network, half)
 
 
 def load(path, simulated=False):

@@ -43,10 +43,10 @@ TENSORS = ("weight", "weight_scale", "bias", "input_scale", "input_zero_point")
 
 
 class QuantizedConv2d(nn.Module):
-    """A layer of a quantized model file. `hands_on`: the (scale, zero point) of its result's numbers, where quantized
+    """A layer of a quantized model file; an activation comes after it.
 
-    layers alone read it; else the result is floating-point. An activation comes after it. Of a layer that has a table,
-    `entry` is which of its sets serves.
+    `hands_on`: the (scale, zero point) of its result's numbers, where quantized layers alone read it; else the result is
+    floating-point. Of a layer that has a table, `entry` is which of its sets serves.
     """
 
     def __init__(self, tensors, stride=1, groups=1):
@@ -73,7 +73,8 @@ class QuantizedConv2d(nn.Module):
         return F.conv2d(centred, weight, bias, self.stride, weight.shape[-1] // 2, groups=self.groups)
 
     def forward(self, image, entry=...):
-        return result_of(self.sums(image, entry), self.reads[0], self.tensors["weight_scale"][entry], self.hands_on)
+        result = result_of(self.sums(image, entry), self.reads[0], self.tensors["weight_scale"][entry], self.hands_on)
+        return result.to(image.dtype)
 
 
 def result_of(sums, input_scale, weight_scale, hands_on=None):
@@ -217,9 +218,8 @@ def in_floats(tensors):
 
 
 def replace(network, layers, make):
-    """Puts `make(name, convolution)` in place of the network's convolutions that `layers` has, of as many outputs. Returns
-    the names of the others, which are no convolutions of their own. `make` receives the name, (weight, bias), stride and
-    groups.
+    """Puts `make(name, (weight, bias), stride, groups)` in place of the network's convolutions that `layers` has, of as
+    many outputs. Returns the names of the others, which are no convolutions of their own.
     """
     others = set(layers)
     for name, module in list(network.named_modules()):
@@ -271,7 +271,7 @@ def replace_all(network, layers, make):
     """
     for name in sorted(replace(network, layers, make)):
         if name not in getattr(network, "tables", ()):
-            raise SystemExit(f"{name}: no convolution of its own in PyTorch; in whole numbers only `clarus` runs it")
+            raise SystemExit(f"{name}: no convolution of its own here; it learns in floating point alone")
         setattr(network, name, make(name, network.table(name), 1, 1))
     lists = [module for module in network.modules() if isinstance(module, nn.ModuleList)]
     for following in lists + getattr(network, "sequences", list)():

@@ -16,7 +16,8 @@ import time
 
 import torch
 
-from . import dataset, enss_growth, export, model_file, nsrr_growth, quantized, safetensors, stack_training, validation
+from . import dataset, enss_growth, export, history, model_file, nsrr_growth, quantized, safetensors, stack_training
+from . import validation
 from .frame import run
 from .losses import LOSSES
 from .pipelines import ABLATIONS, PIPELINES
@@ -105,6 +106,42 @@ class Average:
             parameter.data, average.data = average.data, parameter.data
 
 
+class WholeNumbers:
+    """A quantized model file that learning in whole numbers starts from."""
+
+    def __init__(self, path):
+        self.path = path
+        self.tensors, self.metadata = safetensors.load(path)
+        self.floats, self.layers = quantized.in_floats(self.tensors)
+        if not self.layers:
+            raise SystemExit(f"--start {path}: no layer is in whole numbers; `clarus quantize` makes such a file")
+
+    @property
+    def entries(self):
+        """How many sets of kernels it has, where these depend on the jitter."""
+        return len(self.tensors["first.bias"]) if "first.bias" in self.tensors else None
+
+    def check(self, network):
+        """That it is of the network that the command line asks for."""
+        asked = model_file.content(network)[1]
+        for key in sorted({*asked, *history.OPTIONS}):
+            theirs, ours = (facts.get(key, history.OPTIONS.get(key, ["none"])[0]) for facts in (self.metadata, asked))
+            if theirs != ours:
+                raise SystemExit(f"--start {self.path}: its {key} is {theirs}, and {ours} is asked for")
+        for name, (_, weight_scale) in self.layers.items():
+            layer = dict(network.named_modules()).get(name)
+            if layer and layer.weight.shape != self.tensors[f"{name}.weight"].shape:
+                what = "is of another shape than here: another --size, or a layer that learns in floating point alone"
+                raise SystemExit(f"--start {self.path}: {name} {what}")
+
+    def state(self, network, pipeline):
+        """Of `network`, whose layers are in whole numbers already."""
+        names = [f"{layer}.{key}" for layer in self.layers for key in ("weight", "bias")]
+        others = model_file.network_of(self.floats, self.metadata, pipeline).state_dict()
+        whole = {name: torch.tensor(self.floats[name], dtype=torch.float32) for name in names}
+        return {**network.state_dict(), **others, **whole}
+
+
 class Training:
     """A network, its optimiser and everything else that a checkpoint holds."""
 
@@ -112,11 +149,16 @@ class Training:
         self.arguments = arguments
         self.pipeline = PIPELINES[arguments.pipeline]
         self.rate = arguments.rate or self.pipeline.RATE
-        self.shape = self.pipeline.shape(arguments)
+        whole = WholeNumbers(arguments.start) if arguments.int8 else None
+        self.shape = self.pipeline.shape(argparse.Namespace(**vars(arguments), entries=whole and whole.entries))
         torch.manual_seed(arguments.seed)
         self.network = self.pipeline.create(**self.shape)
-        if arguments.int8:
-            quantized.make_trained(self.network, quantized.layers_of(safetensors.load(arguments.start)[0]))
+        # Kernels that are a table have a set for each of its jitters and for no other.
+        self.turns = not (arguments.no_turns or whole and whole.entries)
+        if whole:
+            whole.check(self.network)
+            quantized.make_trained(self.network, whole.layers)
+            self.network.load_state_dict(whole.state(self.network, self.pipeline))
         # Layers in whole numbers make doubles of their weights anyway, and tables have one dimension too many.
         layout = torch.preserve_format if arguments.int8 else torch.channels_last
         self.network.to(arguments.device, memory_format=layout)
@@ -265,16 +307,7 @@ def usable(option, directories, scale):
 
 def starting_weights(training, path):
     """Of a checkpoint or of a model file."""
-    if training.arguments.int8:
-        tensors, metadata = safetensors.load(path)
-        floats, layers = quantized.in_floats(tensors)
-        if not layers:
-            raise SystemExit(f"--start {path}: no layer is in whole numbers; `clarus quantize` makes such a file")
-        names = [f"{layer}.{key}" for layer in layers for key in ("weight", "bias")]
-        others = model_file.network_of(floats, metadata, training.pipeline).state_dict()
-        whole = {name: torch.tensor(floats[name], dtype=torch.float32) for name in names}
-        state = {**training.network.state_dict(), **others, **whole}
-    elif path.endswith(".safetensors"):
+    if path.endswith(".safetensors"):
         trained = model_file.load(path)
         if hasattr(training.pipeline, "adopt"):
             return training.pipeline.adopt(training.network, trained)
@@ -300,14 +333,14 @@ def main():
     training = Training(arguments)
     if arguments.resume and os.path.exists(checkpoint):
         training.load(checkpoint)
-    elif arguments.start:
+    elif arguments.start and not arguments.int8:
         training.start_from(starting_weights(training, arguments.start))
     elif arguments.grow:
         training.grow_from(arguments.grow)
     sequences = usable("--data", arguments.data, arguments.scale)
     held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
-    kind = dict(turn=not arguments.no_turns, tint=not arguments.no_tints, eventful=arguments.events)
+    kind = dict(turn=training.turns, tint=not arguments.no_tints, eventful=arguments.events)
     checked = getattr(training.network, "checked", False)
     clips = [dataset.Clips(sequences, length, arguments.crop, checked=checked, **kind) for length in lengths]
 

@@ -1,6 +1,7 @@
 """Whole numbers against exact arithmetic: python3 -m unittest discover tests."""
 
 import argparse
+import glob
 import os
 import tempfile
 import unittest
@@ -66,6 +67,21 @@ class Numbers(unittest.TestCase):
                 self.assertEqual(int(result[o, x]), min(max(number, 0), 255))
 
 
+def arguments_for(start, **others):
+    """Of a training of ENSS-S in whole numbers."""
+    arguments = dict(pipeline="enss", size="s", scale=2, hidden=8, without=[], checked=False, held=True, int8=True)
+    arguments.update(start=start, device="cpu", rate=None, seed=0, teacher=None, decay=0, ema=0.9, no_turns=False)
+    return argparse.Namespace(**{**arguments, **others})
+
+
+def changed(folder, change):
+    """The path of ENSS-S in whole numbers with other tensors, which `change(tensors)` returns."""
+    tensors, metadata = safetensors.load(ENSS)
+    path = os.path.join(folder, "changed.safetensors")
+    safetensors.save(path, change(tensors), metadata)
+    return path
+
+
 class Files(unittest.TestCase):
     def test_a_quantized_file_is_the_same_network(self):
         case = golden.CASES["stack"]["stack_int8_x2"]
@@ -97,23 +113,88 @@ class Files(unittest.TestCase):
             self.assertTrue(torch.equal(result, layers[2](torch.relu(layers[1](torch.relu(layers[0](x)))))))
 
     def test_a_file_that_goes_on_learning_starts_with_the_same_bits_and_is_saved_as_it_was(self):
-        arguments = dict(pipeline="enss", size="s", scale=2, hidden=8, without=[], checked=False, held=True, int8=True)
-        arguments.update(start=ENSS, device="cpu", rate=None, seed=0, teacher=None, decay=0, ema=0.9)
-        training = train.Training(argparse.Namespace(**arguments))
-        training.start_from(train.starting_weights(training, ENSS))
+        training = train.Training(arguments_for(ENSS))
         tensors, metadata = safetensors.load(ENSS)
         with tempfile.TemporaryDirectory() as folder:
             training.save(os.path.join(folder, "checkpoint.pt"))
             network = export.load_checkpoint(os.path.join(folder, "checkpoint.pt"))
             model_file.save(os.path.join(folder, "model.safetensors"), network, operators.halton_jitter(2), half=True)
             saved, facts = safetensors.load(os.path.join(folder, "model.safetensors"))
-        self.assertEqual(*({name: each.tolist() for name, each in file.items()} for file in (saved, tensors)))
+        self.assertEqual(*({name: (each.dtype, each.tolist()) for name, each in file.items()} for file in (saved, tensors)))
         self.assertEqual(facts, metadata)
         jitters = network.kernels.jitters.tolist()[:3]
         frames = [onnx.smooth_frame(network, (24, 18))._replace(jitter=tuple(jitter)) for jitter in jitters]
         with torch.no_grad():
             for ours, loaded in zip(run(network, frames), run(model_file.load(ENSS), frames)):
                 self.assertTrue(torch.equal(ours, loaded.float()))
+
+    def test_a_jitter_has_its_own_set_of_kernels(self):
+        whole = model_file.load(ENSS)
+        for entry in (0, 7, 31):
+            with tempfile.TemporaryDirectory() as folder:
+                tables = ("first.weight", "first.weight_scale", "first.bias", "last.weight", "last.weight_scale", "last.bias")
+                alone = model_file.load(changed(folder, lambda tensors: {
+                    name: array[entry : entry + 1] if name in tables else array
+                    for name, array in tensors.items() if name != "jitter"}))
+            frame = onnx.smooth_frame(whole, (24, 18))._replace(jitter=tuple(whole.kernels.jitters[entry].tolist()))
+            with torch.no_grad():
+                self.assertTrue(torch.equal(whole.step(frame)[0], alone.step(frame)[0]))
+
+    def test_layers_in_floating_point_may_be_among_those_in_whole_numbers(self):
+        for kept in (("first", "last"), ("body.0",), ("last",)):
+            with tempfile.TemporaryDirectory() as folder:
+                def in_part(tensors):
+                    floats = quantized.in_floats(tensors)[0]
+                    others = {key: array for key, array in tensors.items() if not key.startswith(kept)}
+                    return {**others, **{key: array for key, array in floats.items() if key.startswith(kept)}}
+                path = changed(folder, in_part)
+                network = model_file.load(path)
+                learns = train.Training(arguments_for(path))
+            frame = onnx.smooth_frame(network, (24, 18))
+            with torch.no_grad():
+                output = network.step(frame)[0]
+                self.assertTrue(torch.equal(output, learns.network.step(frame)[0]))
+                self.assertLess(float((output - model_file.load(ENSS).step(frame)[0]).abs().quantile(0.9)), 0.02)
+
+    def test_every_shipped_file_runs(self):
+        for path in glob.glob(f"{PIPELINES}/*/weights/*-int8.safetensors"):
+            with self.subTest(os.path.basename(path)), torch.no_grad():
+                network, plain = model_file.load(path), model_file.load(path.replace("-int8", ""))
+                frame, states = onnx.smooth_frame(network, (24, 20)), [None, None]
+                for _ in range(2):
+                    (ours, states[0]), (theirs, states[1]) = (
+                        each.step(frame, state) for each, state in zip((network, plain), states))
+                self.assertLess(float((ours - theirs).abs().quantile(0.9)), 0.03)
+
+    def test_a_network_that_is_not_the_files_is_refused_by_name(self):
+        for others, message in (
+            (dict(held=False), "its range is held, and unit is asked for"),
+            (dict(size="m"), "its features is 16, and 32"),
+            (dict(scale=3), "its scale is 2, and 3"),
+            (dict(pipeline="mnss"), "its pipeline is enss, and mnss"),
+        ):
+            with self.assertRaisesRegex(SystemExit, message):
+                train.Training(arguments_for(ENSS, **others))
+
+    def test_kernels_of_a_table_learn_without_turns(self):
+        self.assertFalse(train.Training(arguments_for(ENSS)).turns)
+
+    def test_what_has_learned_is_saved_and_mixed(self):
+        one, other = (train.Training(arguments_for(ENSS, seed=seed)) for seed in (0, 1))
+        with torch.no_grad():
+            for parameter in other.network.parameters():
+                parameter.add_(0.02 * torch.randn(parameter.shape))
+        export.mix(one.network, other.network, 0.5)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.safetensors")
+            model_file.save(path, one.network, half=True)
+            self.assertFalse(np.array_equal(safetensors.load(path)[0]["first.weight"], safetensors.load(ENSS)[0]["first.weight"]))
+            frame = onnx.smooth_frame(one.network, (24, 18))
+            with torch.no_grad():
+                self.assertTrue(torch.equal(one.network.step(frame)[0], model_file.load(path).step(frame)[0]))
+        other.network.body[0].input_zero_point += 1
+        with self.assertRaisesRegex(SystemExit, "body.0.input_zero_point"):
+            export.mix(one.network, other.network, 0.5)
 
     def test_a_layer_that_is_not_computed_here_is_named(self):
         layers = quantized.layers_of(safetensors.load(f"{PIPELINES}/srpo/weights/srpo-x2-int8.safetensors")[0])
