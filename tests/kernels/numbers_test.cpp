@@ -1,4 +1,4 @@
-// An image as numbers of a byte (docs/quantization.md, "Rounding what is read"), to the bit.
+// An image as numbers of a byte (docs/quantization.md, "Arithmetic"), to the bit.
 
 #include <doctest/doctest.h>
 

@@ -44,6 +44,7 @@ def parse():
     parser.add_argument("--start", help="a checkpoint or a model file whose weights to start from")
     whole = "in whole numbers (docs/quantization.md), as --start, a file by `clarus quantize`, has them; its scales stay"
     parser.add_argument("--int8", action="store_true", help=whole)
+    parser.set_defaults(entries=None)  # of ENSS's table, where kernels are one: --start's
     parser.add_argument("--teacher", help="a model file whose outputs are learned from, in place of references")
     parser.add_argument("--grow", help="enss, nsrr: a checkpoint of a smaller network, or of another scale, to start from")
     parser.add_argument("--threads", type=int, default=0)
@@ -150,7 +151,8 @@ class Training:
         self.pipeline = PIPELINES[arguments.pipeline]
         self.rate = arguments.rate or self.pipeline.RATE
         whole = WholeNumbers(arguments.start) if arguments.int8 else None
-        self.shape = self.pipeline.shape(argparse.Namespace(**vars(arguments), entries=whole and whole.entries))
+        arguments.entries = whole and whole.entries
+        self.shape = self.pipeline.shape(arguments)
         torch.manual_seed(arguments.seed)
         self.network = self.pipeline.create(**self.shape)
         # Kernels that are a table have a set for each of its jitters and for no other.
