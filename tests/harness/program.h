@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,8 @@ class Program {
     Program(const std::string& file, const std::vector<std::string>& arguments)
         : process_([&] { return run(file, arguments); }) {}
 
-    std::string out() const { return io::read_file(folder_ / "out"); }
-    std::string errors() const { return io::read_file(folder_ / "err"); }
+    std::string out() const { return written("out"); }
+    std::string errors() const { return written("err"); }
     int result() {
         const int code = process_.result();
         INFO(errors());
@@ -36,6 +37,12 @@ class Program {
     void interrupt(int signal = SIGINT) const { process_.signal(signal); }
 
   private:
+    /// Nothing before the program has begun to run.
+    std::string written(const char* name) const {
+        const std::filesystem::path file = folder_ / name;
+        return std::filesystem::exists(file) ? io::read_file(file) : "";
+    }
+
     int run(const std::string& file, const std::vector<std::string>& arguments) const {
         const auto redirect = [&](const char* name, int descriptor) {
             dup2(open((folder_ / name).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), descriptor);
