@@ -89,7 +89,7 @@ std::string say(const std::string& port, const std::string& name, const std::str
             frame.index = index;
             endpoint.send(frame, slot.data(), bytes, {});
         }
-    for (const auto until = Clock::now() + std::chrono::seconds(30); Clock::now() < until && !endpoint.is_broken();) {
+    for (const auto until = Clock::now() + std::chrono::seconds(30); Clock::now() < until;) {
         for (; !worker.messages.empty(); worker.messages.pop_front()) {
             const Message& message = worker.messages.front();
             if (type_of(message) != SHARE_LEAVE) continue;
@@ -99,6 +99,7 @@ std::string say(const std::string& port, const std::string& name, const std::str
             share_words(&leave, message.header.size(), words);
             return words;
         }
+        if (endpoint.is_broken()) break;  // by a server that has gone; its words may have come with that
         worker.wait({}, 50);
     }
     return {};
