@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -30,16 +31,25 @@ class Transfer {
         cl::Event destination_ready;  // of the destination's: its buffer may be read
     };
     /// Enqueues a copy. The source is read after `source_waits`, events of its context, the destination
-    /// written after `destination_waits`, of its own. One copy where the source's memory can be mapped in place.
+    /// written after `destination_waits`, of its own. One copy where the source's memory can be mapped in place, two
+    /// where the driver cannot enqueue that.
     Ends enqueue(const cl::Buffer& source, const cl::Buffer& destination, const std::vector<cl::Event>& source_waits,
                  const std::vector<cl::Event>& destination_waits);
 
     Profiler& profiler() { return profiler_; }
 
   private:
+    Ends enqueue_staged(const cl::Buffer& source, const cl::Buffer& destination,
+                        const std::vector<cl::Event>& source_waits, const std::vector<cl::Event>& destination_waits);
+    /// Writes to the destination what is in host memory once that is there.
+    cl::Event enqueue_writing(const cl::Buffer& destination, const void* pixels, const cl::Event& there,
+                              std::vector<cl::Event> waits);
+
     cl::Context from_, to_;
     cl::CommandQueue source_queue_, destination_queue_;
     size_t bytes_;
+    std::vector<std::byte> staging_;  // empty where the source is mapped
+    cl::Event staging_free_;          // null before the first frame
     Profiler profiler_;
     int stage_;
 };

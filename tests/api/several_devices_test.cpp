@@ -103,6 +103,16 @@ TEST_CASE("what whole numbers alone read is copied to another device in bytes, a
     CHECK(copied < read / 3);  // a quarter, but for what stands after the last pixel
 }
 
+TEST_CASE("a network that is cut between two contexts computes the same bits" * doctest::test_suite("small")) {
+    const test::Golden golden("stack_int8_x2");
+    Film film(golden);
+    Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
+    Upscaler cut(of_two_contexts(), golden.model, golden.render,
+                 options_for(golden, "convolution 2=1, convolution 6=1"));
+    CHECK(film.run(cut) == film.run(alone));
+    CHECK(film.run(cut) == film.run(alone));  // what is handed over is written again
+}
+
 TEST_CASE("what is copied in bytes is the same by any storage and by kernels for a DSP") {
     for (const char* name : {"mnss-x2-int8", "enss-s-x2-int8"}) {
         const test::Golden golden(std::string(name).starts_with("mnss") ? "mnss_x2" : "enss_x2_table");

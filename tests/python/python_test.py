@@ -305,7 +305,7 @@ class Errors(unittest.TestCase):
 
     def test_settings(self):
         for pattern, options in {
-            'precision: "fp8"; there are fp32, fp16, automatic': {"precision": "fp8"},
+            'precision: "fp8"; there are fp32, fp16, bf16, automatic': {"precision": "fp8"},
             'depth_format: there is no element type "int32"': {"depth_format": ("int32", 1)},
             "color_format: 2 channels": {"color_format": ("float32", 2)},
             "sharpen": {"sharpen": 7.0},
