@@ -103,7 +103,7 @@ TEST_CASE("what whole numbers alone read is copied to another device in bytes, a
     CHECK(copied < read / 3);  // a quarter, but for what stands after the last pixel
 }
 
-TEST_CASE("a network that is cut between two contexts computes the same bits" * doctest::test_suite("small")) {
+TEST_CASE("a network that is cut between two contexts computes the same bits") {
     const test::Golden golden("stack_int8_x2");
     Film film(golden);
     Upscaler alone(test_device(), golden.model, golden.render, options_for(golden));
