@@ -129,7 +129,7 @@ class WholeNumbers:
             theirs, ours = (facts.get(key, history.OPTIONS.get(key, ["none"])[0]) for facts in (self.metadata, asked))
             if theirs != ours:
                 raise SystemExit(f"--start {self.path}: its {key} is {theirs}, and {ours} is asked for")
-        for name, (_, weight_scale) in self.layers.items():
+        for name in self.layers:
             layer = dict(network.named_modules()).get(name)
             if layer and layer.weight.shape != self.tensors[f"{name}.weight"].shape:
                 what = "is of another shape than here: another --size, or a layer that learns in floating point alone"
