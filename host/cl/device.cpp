@@ -106,7 +106,7 @@ std::vector<DeviceProfile> Device::profiles() const {
 
 bool Device::is_one_context() const {
     return std::all_of(contexts_.begin(), contexts_.end(),
-                       [&](const auto& each) { return each->context()() == context().context()(); });
+                       [&](const auto& each) { return each->shares_memory_with(context()); });
 }
 
 int Device::programs_compiled() const {

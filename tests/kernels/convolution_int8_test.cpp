@@ -10,6 +10,7 @@
 
 #include "cl/context.h"
 #include "convolution_harness.h"
+#include "numbers.h"
 #include "test_device.h"
 
 using namespace clarus;
@@ -44,17 +45,6 @@ graph::Parameters random_weights(const Case& test, std::mt19937& random, int set
         quantized.scales.push_back(scale(random));
     }
     return parameters;
-}
-
-/// docs/quantization.md, "Arithmetic": numbers for values.
-Planes numbers(const Planes& image, const Quantization& quantization) {
-    const float inverse = 1 / quantization.scale;
-    return planes(image.shape, [&](int c, int x, int y) -> float {
-        const float scaled = image.at(c, x, y) * inverse;
-        if (std::isnan(scaled)) return 0;
-        const double whole = std::nearbyint(static_cast<double>(scaled)) + quantization.zero_point;
-        return static_cast<float>(std::clamp(whole, 0.0, 255.0));
-    });
 }
 
 /// The convolution of numbers as it is defined, in whole numbers of 64 bits.

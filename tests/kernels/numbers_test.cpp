@@ -1,24 +1,17 @@
 // An image as numbers of a byte (docs/quantization.md, "Arithmetic"), to the bit.
 
+#include "numbers.h"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "operator_harness.h"
 
 using namespace clarus;
 using namespace clarus::test;
 using runtime::Storage;
 
 namespace {
-
-float number(float value, const graph::Quantization& quantization) {
-    const float product = value * (1 / quantization.scale);
-    if (std::isnan(product)) return 0;
-    const double low = -quantization.zero_point, high = 255 - quantization.zero_point;
-    return static_cast<float>(std::nearbyint(std::clamp<double>(product, low, high))) + quantization.zero_point;
-}
 
 void check_numbers(graph::Shape shape, Storage storage, int block, int stride, int offset,
                    const graph::Quantization& quantization) {
@@ -31,12 +24,11 @@ void check_numbers(graph::Shape shape, Storage storage, int block, int stride, i
     for (size_t i = 0; i < std::min(std::size(special), image.values.size()); ++i)
         image.values[i * 7 % image.values.size()] = special[i];
     image = rounded(image, storage);
-    const Planes expected = planes(shape, [&](int c, int x, int y) { return number(image.at(c, x, y), quantization); });
     runtime::Problem problem;
     problem.node = {graph::Numbers{quantization}, {}, shape, "numbers"};
     problem.inputs = {part_layout(shape, storage, block, stride, offset)};
     problem.output = part_layout(shape, Storage::u8, 1, shape.channels + 5, 3);
-    check_operator(problem, {image}, {}, expected, 0);
+    check_operator(problem, {image}, {}, numbers(image, quantization), 0);
 }
 
 }  // namespace

@@ -376,9 +376,9 @@ def model_tensors(network, jitters=None, mlp=False, half=False):
             tensors["jitter"] = torch.tensor(jitters).numpy()
         for name, kernels in split_kernels(table, network.scale, network.features, network.checked).items():
             tensors[name] = array(kernels)
-    whole = quantized.tensors_of(network)
+    whole, quantization = quantized.tensors_of(network)
     facts = {"pipeline": "enss", "scale": str(network.scale), "features": str(network.features)}
-    return {**tensors, **whole[0]}, {**facts, **history.metadata_of(network), **whole[1]}
+    return {**tensors, **whole}, {**facts, **history.metadata_of(network), **quantization}
 
 
 def load_model(tensors, metadata):

@@ -15,9 +15,9 @@ def plain_tensors(network, half, facts=None):
     """A model file's content where tensors are called as in the network."""
     array = rounding(half)
     tensors = {name: array(tensor) for name, tensor in network.state_dict().items()}
-    whole = quantized.tensors_of(network)
-    metadata = {"pipeline": network.pipeline, "scale": network.scale, **(facts or {}), **whole[1]}
-    return {**tensors, **whole[0]}, {key: str(value) for key, value in metadata.items()}
+    whole, quantization = quantized.tensors_of(network)
+    metadata = {"pipeline": network.pipeline, "scale": network.scale, **(facts or {}), **quantization}
+    return {**tensors, **whole}, {key: str(value) for key, value in metadata.items()}
 
 
 def save(path, network, jitters=None, mlp=False, half=False):

@@ -120,7 +120,8 @@ class Files(unittest.TestCase):
             network = export.load_checkpoint(os.path.join(folder, "checkpoint.pt"))
             model_file.save(os.path.join(folder, "model.safetensors"), network, operators.halton_jitter(2), half=True)
             saved, facts = safetensors.load(os.path.join(folder, "model.safetensors"))
-        self.assertEqual(*({name: (each.dtype, each.tolist()) for name, each in file.items()} for file in (saved, tensors)))
+        files = ({name: (each.dtype, each.tolist()) for name, each in file.items()} for file in (saved, tensors))
+        self.assertEqual(*files)
         self.assertEqual(facts, metadata)
         jitters = network.kernels.jitters.tolist()[:3]
         frames = [onnx.smooth_frame(network, (24, 18))._replace(jitter=tuple(jitter)) for jitter in jitters]
@@ -132,7 +133,7 @@ class Files(unittest.TestCase):
         whole = model_file.load(ENSS)
         for entry in (0, 7, 31):
             with tempfile.TemporaryDirectory() as folder:
-                tables = ("first.weight", "first.weight_scale", "first.bias", "last.weight", "last.weight_scale", "last.bias")
+                tables = [f"{name}.{key}" for name in ("first", "last") for key in ("weight", "weight_scale", "bias")]
                 alone = model_file.load(changed(folder, lambda tensors: {
                     name: array[entry : entry + 1] if name in tables else array
                     for name, array in tensors.items() if name != "jitter"}))
@@ -188,7 +189,8 @@ class Files(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "model.safetensors")
             model_file.save(path, one.network, half=True)
-            self.assertFalse(np.array_equal(safetensors.load(path)[0]["first.weight"], safetensors.load(ENSS)[0]["first.weight"]))
+            weights = [safetensors.load(file)[0]["first.weight"] for file in (path, ENSS)]
+            self.assertFalse(np.array_equal(*weights))
             frame = onnx.smooth_frame(one.network, (24, 18))
             with torch.no_grad():
                 self.assertTrue(torch.equal(one.network.step(frame)[0], model_file.load(path).step(frame)[0]))
