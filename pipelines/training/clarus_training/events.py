@@ -5,7 +5,8 @@ Images are those of dataset.Images, changed in place, each of the batch's clips 
 
 import torch
 
-CUT, FLAT, FADE, BARS = 0.25, 0.1, 0.15, 0.1  # shares of clips; of cuts, half are marked
+CUT, FLAT, FADE, BARS = 0.25, 0.2, 0.15, 0.1  # shares of clips; of cuts, half are marked
+FLAT_FADE = 0.5  # of flat clips: there nothing but the history's level says that it is old
 LEVELS = (0.0, 0.0, 1.0)
 STILL = {"depth": 1, "motion": 0, "followed": 0, "checked": 0}  # what has no surface
 
@@ -16,9 +17,13 @@ def happen(images, chance):
         if chance.random() < CUT and count > 1 and length > 1:
             cut(images, n, chance)
     for n in range(count):
-        for share, event in ((FLAT, flatten), (FADE, fade), (BARS, bars)):
-            if chance.random() < share:
-                event(images, n, chance)
+        is_flat = chance.random() < FLAT
+        if is_flat:
+            flatten(images, n, chance)
+        if chance.random() < (FLAT_FADE if is_flat else FADE):
+            fade(images, n, chance)
+        if chance.random() < BARS:
+            bars(images, n, chance)
 
 
 def cut(images, n, chance):
@@ -44,7 +49,7 @@ def flatten(images, n, chance):
 
 
 def fade(images, n, chance):
-    """To or from black or white, over the whole clip or a part."""
+    """To or from black or white, or a part of the way, over the whole clip or some of its frames."""
     length = images.color.shape[0]
     first = chance.randint(0, length - 1)
     last = chance.randint(first, length - 1) + 1
@@ -52,6 +57,7 @@ def fade(images, n, chance):
     if chance.random() < 0.5:
         share = 1 - share
     target = chance.choice(LEVELS)
+    share = share * chance.choice((1, 1, chance.random()))
     for image in (images.color, images.reference):
         weight = share[:, None, None, None].to(image)
         image[:, n] = image[:, n] * (1 - weight) + target * weight

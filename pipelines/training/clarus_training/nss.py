@@ -25,6 +25,7 @@ HALF_FOV = math.tan(math.radians(30))  # of the camera, vertically: frames do no
 PADDED_TO = 8
 WINDOW = range(-2, 4)  # HR pixels around one whose samples a kernel may weigh
 TAPS = 9  # of them that it does weigh
+PART_OF = (540, 960)  # the frames that training's crops are taken for parts of
 PERCEPTUAL = 0.157  # the loss's weight of that term
 # Pixels around one of which the nearest to the viewer gives its motion, (row, column): the first of equals.
 AROUND = [(0, 0), (1, 0), (0, 1), (0, -1), (-1, 0), (-1, 1), (1, 1), (-1, -1), (1, -1), (-1, 2), (0, 2), (1, 2)]
@@ -72,7 +73,7 @@ class Autoencoder(nn.Module):
 class Nss(nn.Module):
     """The network and what surrounds it.
 
-    `scale` is any real number from 1 to 3. `white` is the radiance of display white; infinite where colours are
+    `scale` is any real number from 1 to 3; of a network for "any" it is whatever is asked of it next. `white` is the radiance of display white; infinite where colours are
     tone-mapped radiance, as in linear sequences. The state is (history, temporal, derivative): the previous output as
     radiance [N, 3, H, W], the network's temporal parameters [N, 4, h, w], padded, and what flicker is found by
     [N, 4, h, w].
@@ -82,7 +83,9 @@ class Nss(nn.Module):
 
     def __init__(self, scale, white=1.0):
         super().__init__()
-        self.scale, self.white = scale, white
+        self.any_scale = scale == "any"
+        self.scale, self.white = None if self.any_scale else scale, white
+        self.part_of = None  # what depths are compared for: the frames' own size, unless they are crops
         self.autoencoder = Autoencoder()
 
     def ahead(self, frames):
@@ -96,7 +99,8 @@ class Nss(nn.Module):
         size = self.output_size(*color.shape[-2:])
         motion = torch.full_like(frame.motion, float("nan")) if state is None else frame.motion
         state = state or empty_state(color, size)
-        seen, derivative, guide = preprocess(color, frame.depth, motion, frame.jitter, *state)
+        guide = Guide(frame.depth, motion, self.part_of)
+        seen, derivative = preprocess(color, guide, frame.jitter, *state)
         kernels, temporal = (each.to(color.dtype) for each in self.autoencoder(seen))
         output, found = postprocess(color, state[0], kernels, temporal, guide.motion, frame.jitter, size)
         if inside is not None:
@@ -141,10 +145,12 @@ def empty_state(color, size):
 class Guide:
     """What a frame's depth and motion say: `motion` [N, 2, h, w], that of the nearest pixel around each, from the
 
-    previous frame in pixels, with NaN where invalid, and the `disocclusion` of that pixel [N, 1, h, w].
+    previous frame in pixels, with NaN where invalid, and the `disocclusion` of that pixel [N, 1, h, w]. `part_of` is the
+    size of the frame of which a crop is given.
     """
 
-    def __init__(self, depth, motion):
+    @torch.no_grad()
+    def __init__(self, depth, motion, part_of=None):
         batch, _, height, width = depth.shape
         rows = torch.arange(height, device=depth.device)[:, None]
         columns = torch.arange(width, device=depth.device)
@@ -159,7 +165,7 @@ class Guide:
         vectors, valid = moving(self.motion)
         self.vectors = vectors
         foremost = torch.stack(around).amin(dim=0)[:, None]
-        clip = disocclusion(scatter_depth(depth, -motion), foremost, vectors)
+        clip = disocclusion(scatter_depth(depth, -motion), foremost, vectors, part_of or (height, width))
         self.disocclusion = torch.where(valid, clip, torch.ones_like(clip))
 
 
@@ -221,13 +227,13 @@ def depth_tolerance(height, width):
     return 1.37e-5 * field * diagonal, 1 + 2 * min(1, diagonal / math.hypot(1080, 1920))
 
 
-def disocclusion(before, depth, vectors):
+def disocclusion(before, depth, vectors, frame_size):
     """How far each pixel, at the nearest depth around it, was behind what stood there, from 0 to 1 [N, 1, h, w]."""
     height, width = depth.shape[-2:]
     rows, columns = before.shape[-2:]
     y = torch.arange(height, device=depth.device)[:, None] // 2 - vectors[:, 1] * (rows / height)
     x = torch.arange(width, device=depth.device) // 2 - vectors[:, 0] * (columns / width)
-    tolerance, exponent = depth_tolerance(height, width)
+    tolerance, exponent = depth_tolerance(*frame_size)
     kept, weights = 0, 0
     for place, weight, inside in corners(y, x, rows, columns):
         then = before.flatten(1).gather(1, place.flatten(1)).view_as(weight)
@@ -256,11 +262,10 @@ def reflected(count, side, device):
     return torch.where(index < side, index, (2 * side - 1 - index).clamp(min=0))
 
 
-def preprocess(color, depth, motion, jitter, history, temporal, derivative):
-    """The network's input [N, 12, h, w], padded; the next derivative state; the frame's Guide."""
+def preprocess(color, guide, jitter, history, temporal, derivative):
+    """The network's input [N, 12, h, w], padded; the next derivative state."""
     batch, _, *size = color.shape
     with torch.no_grad():
-        guide = Guide(depth, motion)
         valid = torch.isfinite(guide.motion).all(dim=1, keepdim=True)
         vectors = guide.vectors
         still = color.new_zeros(batch, 2, *size)
@@ -280,7 +285,7 @@ def preprocess(color, depth, motion, jitter, history, temporal, derivative):
     fed_back = operators.sample(temporal, grids(pad(vectors), wide, wide), "zero")
     fed_back = fed_back * pad(valid & (guide.disocclusion <= DISOCCLUDED))
     seen = torch.cat((pad(torch.cat((warped, current, moves), dim=1)), fed_back, pad(instability)), dim=1)
-    return seen, derivative, guide
+    return seen, derivative
 
 
 def ramp(value, low, high):
@@ -482,11 +487,15 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     """The gym's, of display values, with 1 − SSIM in place of its perceptual term, whose weights are not part of this
     project; or a criterion of the outputs. To either is added a tenth of the error of the frames' own reconstructions.
     """
+    if network.any_scale:
+        network.scale = reference.shape[-1] / frames[0].color.shape[-1]
     outputs, inside, state = [], [], None
+    network.part_of = PART_OF
     for frame in frames:
         inside.append({})
         output, state = network.step(frame, state, inside=inside[-1])
         outputs.append(output)
+    network.part_of = None
     alone = [F.l1_loss(display(each["filtered"], network.white), r) for each, r in zip(inside, reference)]
     if criterion is not None or len(frames) == 1:
         total = (criterion or F.l1_loss)(torch.stack(outputs), reference)
@@ -522,10 +531,12 @@ def recurrent_loss(outputs, reference, inside):
 def model_tensors(network, jitters=None, mlp=False, half=False):
     array = rounding(half)
     tensors = {name: array(tensor) for name, tensor in network.state_dict().items()}
-    return tensors, {"pipeline": "nss", "scale": f"{network.scale:g}", "white": f"{network.white:g}"}
+    scale = "any" if network.any_scale else f"{network.scale:g}"
+    return tensors, {"pipeline": "nss", "scale": scale, "white": f"{network.white:g}"}
 
 
 def load_model(tensors, metadata):
-    network = Nss(float(metadata["scale"]), float(metadata.get("white", "inf")))
+    scale = metadata["scale"]
+    network = Nss(scale if scale == "any" else float(scale), float(metadata.get("white", "inf")))
     network.load_state_dict(tensors)
     return network

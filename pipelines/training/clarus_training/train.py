@@ -27,12 +27,21 @@ LONGEST_STEP = 10  # seconds
 GROWTH = {"enss": enss_growth.grow, "nsrr": nsrr_growth.grow}
 
 
+def scale(text):
+    if text == "any":
+        return text
+    if text not in map(str, range(2, 7)):
+        raise argparse.ArgumentTypeError(f"{text} is neither a whole number from 2 to 6 nor any")
+    return int(text)
+
+
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
     parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
     sizes = f"s, m, l for enss; full, fast for nsrr; {', '.join(stack_training.SIZES)} for stack"
     parser.add_argument("--size", help=f"of a network that has several: {sizes}")
-    parser.add_argument("--scale", type=int, choices=range(2, 7), required=True)
+    scales = "2 to 6; nss: or any, for a network of every scale"
+    parser.add_argument("--scale", type=scale, required=True, metavar="SCALE", help=scales)
     data = "sequences, or folders of them; those of other scales are left out"
     parser.add_argument("--data", nargs="+", required=True, help=data)
     parser.add_argument("--validation", nargs="+", default=[], help="likewise, never trained on")
@@ -72,6 +81,8 @@ def parse():
     parser.add_argument("--checkpoint-minutes", type=float, default=3)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
+    if arguments.scale == "any" and arguments.pipeline != "nss":
+        parser.error(f"--scale any: networks of {arguments.pipeline} are of one scale; those of nss serve any")
     if arguments.int8 and not (arguments.start or "").endswith(".safetensors"):
         parser.error("--int8: --start is to be a quantized model file, by `clarus quantize`")
     if arguments.int8 and torch.device(arguments.device).type != "cpu":
@@ -300,8 +311,8 @@ def told_to_end():
 
 
 def usable(option, directories, scale):
-    """The sequences there that a network for that scale can be compared on."""
-    found = [sequence for sequence in find(directories) if sequence.scale == scale and sequence.has_references]
+    """The sequences there that a network for that scale, or for "any", can be compared on."""
+    found = [each for each in find(directories) if scale in ("any", each.scale) and each.has_references]
     if not found:
         raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
     return found

@@ -27,11 +27,13 @@ from clarus_training import (
     manifest,
     mnss,
     model_file,
+    nss,
     operators,
     quantized,
     safetensors,
     sequence,
     train,
+    validation,
 )
 
 
@@ -306,6 +308,30 @@ class Loop(WithData):
         with self.assertRaisesRegex(SystemExit, "--validation: no sequence of scale 2"):
             self.train("none", "--steps", 1, "--validation", self.at("other"))
 
+    def test_a_network_for_any_scale(self):
+        write_sequence(self.at("data", "tripled"), scale=3)
+        scales, loss = set(), nss.loss
+
+        def watched(network, frames, reference, *others):
+            scales.add(reference.shape[-1] / frames[0].color.shape[-1])
+            return loss(network, frames, reference, *others)
+
+        with mock.patch.object(nss, "loss", watched):
+            self.train("any", "--steps", 12, "--scale", "any", "--validation", self.at("data"), pipeline="nss", size=())
+        self.assertEqual(scales, {2, 3})
+        run(export, self.at("any", "checkpoint.pt"), self.at("any.safetensors"))
+        self.assertEqual(safetensors.load(self.at("any.safetensors"))[1]["scale"], "any")
+        for path in ("a", "tripled"):
+            (data,) = sequence.find([self.at("data", path)])
+            (figures, *_) = validation.run(model_file.load(self.at("any.safetensors")), data)
+            self.assertTrue(0 < figures[0] < 100)
+        with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()) as said:
+            self.train("one", "--steps", 1, "--scale", "any")
+        self.assertIn("networks of enss are of one scale", said.getvalue())
+        with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()) as said:
+            self.train("one", "--steps", 1, "--scale", "7")
+        self.assertIn("7 is neither a whole number from 2 to 6 nor any", said.getvalue())
+
     def test_ends_when_told(self):
         step = train.Training.step
 
@@ -414,6 +440,26 @@ class Evaluation(WithData):
         gain, worse = evaluate.bars([row("a", -0.5, None), row("mean", -0.5, None)]).splitlines()
         self.assertTrue(gain.endswith("missed on the mean; not on a"), gain)
         self.assertTrue(worse.endswith("not measured, should be 5 at most"), worse)
+
+    def test_results_of_several_runs_share_a_file(self):
+        path, row = self.at("results.json"), {"scene": "one", "gain": 1.234567, "frames": 3}
+        self.assertEqual(evaluate.recorded(path, ["one"]), {})
+        for model, gain in (("a", 1.0), ("b", 2.0), ("a", 3.0)):
+            evaluate.record(path, ["one"], "clarus 1", {model: [row, {**row, "scene": "mean", "gain": gain}]})
+        models = evaluate.recorded(path, ["one"])
+        self.assertEqual({name: each["mean"]["gain"] for name, each in models.items()}, {"a": 3.0, "b": 2.0})
+        self.assertEqual(models["a"]["scenes"], [{**row, "gain": 1.23457}])
+        self.assertEqual((models["a"]["program"], len(models["a"]["date"])), ("clarus 1", len("2026-01-01")))
+        self.assertFalse(os.path.exists(f"{path}.part"))
+        with self.assertRaisesRegex(SystemExit, "results.json: of other scenes, one;"):
+            evaluate.recorded(path, ["one", "two"])
+        for text, why in (("[]", "not a file of results"), ("{", "results.json: ")):
+            with open(path, "w") as file:
+                file.write(text)
+            with self.assertRaisesRegex(SystemExit, why):
+                evaluate.record(path, ["one"], "clarus 1", {"a": [row, row]})
+            with open(path) as file:
+                self.assertEqual(file.read(), text)
 
     def test_every_model_is_compared_with_one_bicubic(self):
         runs = []
