@@ -5,6 +5,7 @@ DIRECTORY receives the sequence that each of them wants, its outputs, and keeps 
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -20,10 +21,12 @@ CROPS = ["405,140,160,90", "90,240,160,90"]  # a car behind wire mesh, a crash b
 
 
 def models(clarus):
-    """Name, pipeline and scale of each, filters at ×2 first, then by scale."""
-    rows = [line.split()[:3] for line in run([clarus, "models"]).splitlines()[1:]]
-    filters = [(name, pipeline, "2") for name, pipeline, scale in rows if scale == "any"]
-    return filters + sorted((tuple(row) for row in rows if row[2] != "any"), key=lambda row: row[2])
+    """Name, pipeline and scale of each: those that are of no one scale at ×2, and first, then by scale."""
+    known = json.loads(run([clarus, "models", "--json"]))
+    of_any_scale = [each for each in known if each["smallest_scale"] != each["largest_scale"]]
+    of_one = sorted((each for each in known if each not in of_any_scale), key=lambda each: each["smallest_scale"])
+    scales = ["2"] * len(of_any_scale) + [f"{each['smallest_scale']:g}" for each in of_one]
+    return [(each["name"], each["pipeline"], scale) for each, scale in zip(of_any_scale + of_one, scales)]
 
 
 def sequence_for(clarus, directory, pipeline, scale):
