@@ -15,9 +15,10 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "pipelines" / "training"))
 
+import judge  # noqa: E402
 from clarus_training import evaluate  # noqa: E402
 
-QUALITY, TIMES = "bench/results/quality-x2.json", "bench/results/times-1080p.json"
+QUALITY, TIMES = "bench/results/quality-{}.json", "bench/results/times-1080p.json"
 DOCUMENTS = ["README.md", "docs/*.md", "pipelines/*/README.md"]
 BEGIN, END = "<!-- figures: ", "<!-- end of figures -->"
 BLOCK = re.compile(f"({BEGIN}(.*) -->\n)((?s:.*?))({END})")
@@ -34,6 +35,7 @@ FILTERS = ["nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2"]
 ENSS = ["enss-s-x2", "enss-m-x2", "enss-l-x2"]
 ALL = [*FILTERS[1:], *ENSS]
 FIGURES = ["psnr", "gain", "moving_gain", "still_gain", "ssim", "pixel_std"]
+IN_MOTION = ["gain", "moving_gain", "still_gain", "in_disoccluded_4_gain", "in_thin_gain", "worse_blocks", "pixel_std"]
 
 
 def fail(message):
@@ -52,21 +54,30 @@ def read(name, form):
 
 class Results:
     def __init__(self):
-        self.quality, self.times = read(QUALITY, "clarus-quality"), read(TIMES, "clarus-times")
+        self.quality = {of: read(QUALITY.format(of), evaluate.FORMAT) for of in judge.SHIPPED}
+        self.times = read(TIMES, "clarus-times")
 
-    def rows(self, model):
+    def of(self, model, sequences):
+        if model not in self.quality[sequences]["models"]:
+            fail(f"{QUALITY.format(sequences)}: no model {model}")
+        return self.quality[sequences]["models"][model]
+
+    def rows(self, model, sequences):
         """A model's scenes and, last, their mean."""
-        if model not in self.quality["models"]:
-            fail(f"{QUALITY}: no model {model}")
-        of = self.quality["models"][model]
+        of = self.of(model, sequences)
         return [*of["scenes"], of["mean"]]
 
-    def mean(self, model, *figures):
+    def dates(self, models, sequences):
+        """Of the models' measurements, the first and the last."""
+        dates = sorted({self.of(model, sequences)["date"] for model in models})
+        return dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+
+    def mean(self, model, *figures, sequences="x2"):
         """Cells; there is no gain of bicubic's over itself."""
-        row, cells = self.rows(model)[-1], []
+        row, cells = self.rows(model, sequences)[-1], []
         for figure in figures:
             if figure not in row:
-                fail(f"{QUALITY}: {model} has no {figure}")
+                fail(f"{QUALITY.format(sequences)}: {model} has no {figure}")
             form = {**evaluate.GAINS, **evaluate.ABSOLUTES}[figure][1]
             known = row[figure] is not None and not (model == "bicubic" and figure.endswith("gain"))
             cells.append(format(row[figure], form).replace("-", "−") if known else "–")
@@ -133,8 +144,8 @@ def times_of(results, models):
 
 
 def origin(results, models):
-    scenes, date = len(results.quality["scenes"]), results.quality["date"][:10]
-    return f"\nQuality: means of {scenes} held-out scenes, {date}. {times_of(results, models)}"
+    scenes = len(results.quality["x2"]["scenes"])
+    return f"\nQuality: means of {scenes} held-out scenes, {results.dates(models, 'x2')}. {times_of(results, models)}"
 
 
 def short(results):
@@ -160,17 +171,27 @@ def times(results):
     return table(heads, rows) + "\n" + times_of(results, results.times["models"])
 
 
-def quality(models):
+def quality(models, sequences="x2"):
     def of(results):
-        heads = ["×2", "PSNR, dB:", "over bicubic:", "moving:", "still:", "SSIM:", "flicker (pixel std):"]
-        return table(heads, [[f"`{model}`", *results.mean(model, *FIGURES)] for model in models])
+        heads = [sequences.replace("x", "×"), "PSNR, dB:", "over bicubic:", "moving:", "still:", "SSIM:", "flicker (pixel std):"]
+        return table(heads, [[f"`{model}`", *results.mean(model, *FIGURES, sequences=sequences)] for model in models])
 
     return of
 
 
-def card(model):
+def in_motion(sequences):
+    """The means of all that have a card."""
+
     def of(results):
-        rows = results.rows(model)
+        heads = ["over bicubic, dB", "all:", "moving:", "still:", "disoccluded 4:", "thin:", "worse blocks, %:", "flicker (pixel std):"]
+        return table(heads, [[f"`{m}`", *results.mean(m, *IN_MOTION, sequences=each)] for each in sequences for m in judge.SHIPPED[each]])
+
+    return of
+
+
+def card(model, sequences):
+    def of(results):
+        rows = results.rows(model, sequences)
         tables = [evaluate.table(rows, columns, markdown=True) for columns in (evaluate.GAINS, evaluate.ABSOLUTES)]
         return "\n\n".join([*tables, evaluate.bars(rows)]) + "\n"
 
@@ -182,8 +203,11 @@ TABLES = {
     "models in full": long,
     "times": times,
     "filters": quality(FILTERS),
-    "enss": quality(ENSS),
-    **{f"card of {model}": card(model) for model in ENSS},
+    **{f"enss, {of}": quality([f"enss-{size}-{of}" for size in "sml"], of) for of in ("x2", "x3", "x4")},
+    "x2 in motion": in_motion(["x2", "mnss-x2"]),
+    "x3 in motion": in_motion(["x3", "mnss-x3"]),
+    "x4 in motion": in_motion(["x4"]),
+    **{f"card of {model}, {of}": card(model, of) for of, models in judge.SHIPPED.items() for model in models},
 }
 
 

@@ -6,13 +6,15 @@ python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdo
 DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. Two tables a model: what it
 gains over bicubic, and what it has. A scene's figures are means over its frames: of all, of those in segments marked
 moving or still, and, where sequences have output buffers, inside the masks of docs/metrics.md (frames that have the
-mask). Worst 1 % is of a scene's blocks of 48x48 pixels; worse blocks are those whose error is larger than bicubic's, in
+mask). --results adds the models' rows to a file of such, of the same scenes, as bench/results keeps them; several runs
+may share one file. Worst 1 % is of a scene's blocks of 48x48 pixels; worse blocks are those whose error is larger than bicubic's, in
 the frames marked moving. Pixel std is in 8-bit levels, averaged over the static segments that `clarus compare` finds.
 The last line is the mean over scenes; below it is whether the bars are met that a model of moving pictures should meet.
 """
 
 import argparse
 import datetime
+import fcntl
 import json
 import os
 import subprocess
@@ -21,6 +23,7 @@ import tempfile
 
 from . import manifest
 
+FORMAT = "clarus-quality"
 MASKS = {  # compare's name: heading
     "disoccluded_1": "disoccl. 1",
     "disoccluded_4": "disoccl. 4",
@@ -170,19 +173,40 @@ def evaluate(clarus, entries, directory, models, options):
     return rows, details
 
 
-def results(clarus, names, rows):
-    """What is kept of a run: the program, the time, the scenes' names, and every model's rows and mean."""
+def recorded(path, names):
+    """The models that a file of results has, by name; none where there is no such file."""
+    try:
+        with open(path) as file:
+            found = json.load(file)
+    except FileNotFoundError:
+        return {}
+    except ValueError as error:
+        raise SystemExit(f"--results {path}: {error}")
+    if not isinstance(found, dict) or found.get("format") != FORMAT:
+        raise SystemExit(f"--results {path}: not a file of results, and left as it is")
+    if found["scenes"] != names:
+        raise SystemExit(f"--results {path}: of other scenes, {', '.join(found['scenes'])}; give another file")
+    return found["models"]
+
+
+def record(path, names, program, rows):
+    """Adds every model's rows and mean, the program and the day to a file of results, which it begins if need be."""
 
     def kept(row):
         return {name: round(value, 5) if isinstance(value, float) else value for name, value in row.items()}
 
-    return {
-        "format": "clarus-quality",
-        "program": run([clarus, "--version"]).splitlines()[0],
-        "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        "scenes": names,
-        "models": {m: {"scenes": [kept(row) for row in of[:-1]], "mean": kept(of[-1])} for m, of in rows.items()},
-    }
+    about = {"program": program, "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")}
+    new = {m: {**about, "scenes": [kept(row) for row in of[:-1]], "mean": kept(of[-1])} for m, of in rows.items()}
+    folder = os.open(os.path.dirname(os.path.abspath(path)), os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        models = {**recorded(path, names), **new}
+        with open(f"{path}.part", "w") as file:
+            json.dump({"format": FORMAT, "scenes": names, "models": models}, file, indent=1)
+            file.write("\n")
+        os.replace(f"{path}.part", path)
+    finally:
+        os.close(folder)
 
 
 def main():
@@ -195,11 +219,14 @@ def main():
     parser.add_argument("--only", nargs="+", help="names of sequences, in place of all")
     parser.add_argument("--markdown", action="store_true", help="print the tables for a model card")
     parser.add_argument("--json", metavar="FILE", help="also write the figures, with every frame's, as JSON")
-    parser.add_argument("--results", metavar="FILE", help="also write the figures without the frames', as bench/results keeps them")
+    parser.add_argument("--results", metavar="FILE", help="also add the figures without the frames' to a file of bench/results")
     arguments = parser.parse_args()
     entries = [e for e in manifest.read(arguments.manifest) if not arguments.only or e.name in arguments.only]
     if not entries:
         raise SystemExit(f"{arguments.manifest}: no such sequence")
+    names = [entry.name for entry in entries]
+    if arguments.results:
+        recorded(arguments.results, names)  # what it cannot be added to is said before hours of work
     options = ["--device", arguments.device]
     rows, details = evaluate(arguments.clarus, entries, arguments.directory, arguments.models, options)
     for model in arguments.models:
@@ -210,9 +237,7 @@ def main():
         with open(arguments.json, "w") as file:
             json.dump(report, file, indent=1)
     if arguments.results:
-        with open(arguments.results, "w") as file:
-            json.dump(results(arguments.clarus, [entry.name for entry in entries], rows), file, indent=1)
-            file.write("\n")
+        record(arguments.results, names, run([arguments.clarus, "--version"]).splitlines()[0], rows)
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ class Recipe(unittest.TestCase):
                 results = json.load(file)
             self.assertEqual((results["format"], results["scenes"]), ("clarus-quality", ["one"]))
             (kept,) = results["models"].values()
-            self.assertEqual(sorted(kept), ["mean", "scenes"])
+            self.assertEqual(sorted(kept), ["date", "mean", "program", "scenes"])
             self.assertEqual(kept["mean"]["psnr"], round(figures["mean"]["psnr"], 5))
             psnr = run("-m", "clarus_training.validation", at("m.safetensors"), at("data", "one"))
             self.assertIn(f"{figures['mean']['psnr']:.1f}"[:3], psnr)
