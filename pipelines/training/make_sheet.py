@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Every shipped model and filter on one held-out frame, beside each other: make_sheet.py CLARUS DIRECTORY SHEET.png
 
+Networks in int8, which look like those in floating point, are left out.
+
 DIRECTORY receives the sequence that each of them wants, its outputs, and keeps both: what is there is not made again.
 """
 
@@ -22,7 +24,7 @@ CROPS = ["405,140,160,90", "90,240,160,90"]  # a car behind wire mesh, a crash b
 
 def models(clarus):
     """Name, pipeline and scale of each: those that are of no one scale at ×2, and first, then by scale."""
-    known = json.loads(run([clarus, "models", "--json"]))
+    known = [each for each in json.loads(run([clarus, "models", "--json"])) if not each["name"].endswith("-int8")]
     of_any_scale = [each for each in known if each["smallest_scale"] != each["largest_scale"]]
     of_one = sorted((each for each in known if each not in of_any_scale), key=lambda each: each["smallest_scale"])
     scales = ["2"] * len(of_any_scale) + [f"{each['smallest_scale']:g}" for each in of_one]
