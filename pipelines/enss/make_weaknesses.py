@@ -3,7 +3,7 @@
 
 make_weaknesses.py CLARUS DATA DIRECTORY PICTURE.jpg
 
-DATA holds the held-out scenes at ×2, as ../training/judge.py renders them (DATA/x2). DIRECTORY receives what is upscaled,
+DATA holds the held-out scenes at ×2, as ../training/judge.py renders them (DATA/held_out-x2). DIRECTORY receives what is upscaled,
 and keeps it: what is there is not made again.
 """
 
@@ -34,7 +34,7 @@ def main():
     given = parser.parse_args()
     rows = []
     for scene, frame, crop in PLACES:
-        sequence = os.path.join(given.data, "x2", scene)
+        sequence = os.path.join(given.data, "held_out-x2", scene)
         folders = {model: os.path.join(given.directory, model, scene) for model in MODELS}
         for model, folder in folders.items():
             make(folder, given.clarus, "upscale", sequence, "--model", model)

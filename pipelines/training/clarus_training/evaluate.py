@@ -6,10 +6,12 @@ python3 -m clarus_training.evaluate CLARUS MANIFEST DIRECTORY MODEL... [--markdo
 DIRECTORY holds what make_data.py rendered of the manifest. Outputs are compared as floats. Two tables a model: what it
 gains over bicubic, and what it has. A scene's figures are means over its frames: of all, of those in segments marked
 moving or still, and, where sequences have output buffers, inside the masks of docs/metrics.md (frames that have the
-mask). --results adds the models' rows to a file of such, of the same scenes, as bench/results keeps them; several runs
-may share one file. Worst 1 % is of a scene's blocks of 48x48 pixels; worse blocks are those whose error is larger than bicubic's, in
+mask). Worst 1 % is of a scene's blocks of 48x48 pixels; worse blocks are those whose error is larger than bicubic's, in
 the frames marked moving. Pixel std is in 8-bit levels, averaged over the static segments that `clarus compare` finds.
 The last line is the mean over scenes; below it is whether the bars are met that a model of moving pictures should meet.
+
+--results adds the models' rows to a file of such, of the same scenes, as bench/results keeps them; several runs may
+share one file.
 """
 
 import argparse
@@ -182,7 +184,7 @@ def recorded(path, names):
         return {}
     except ValueError as error:
         raise SystemExit(f"--results {path}: {error}")
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
+    if not isinstance(found, dict) or found.get("format") != FORMAT or not {"scenes", "models"} <= found.keys():
         raise SystemExit(f"--results {path}: not a file of results, and left as it is")
     if found["scenes"] != names:
         raise SystemExit(f"--results {path}: of other scenes, {', '.join(found['scenes'])}; give another file")
@@ -226,6 +228,8 @@ def main():
         raise SystemExit(f"{arguments.manifest}: no such sequence")
     names = [entry.name for entry in entries]
     if arguments.results:
+        if not os.path.isdir(os.path.dirname(os.path.abspath(arguments.results))):
+            raise SystemExit(f"--results {arguments.results}: there is no such folder")
         recorded(arguments.results, names)  # what it cannot be added to is said before hours of work
     options = ["--device", arguments.device]
     rows, details = evaluate(arguments.clarus, entries, arguments.directory, arguments.models, options)

@@ -17,6 +17,7 @@ warnings.filterwarnings("ignore", message="scatter_reduce")  # beta in PyTorch 1
 CLIPS = [8]
 RATE = 1e-3
 
+LARGEST_SCALE = 3
 LEAST = 1e-7
 HALF_MAX = 65504.0
 STILL = 0.1  # pixels: shorter vectors count as none
@@ -73,8 +74,8 @@ class Autoencoder(nn.Module):
 class Nss(nn.Module):
     """The network and what surrounds it.
 
-    `scale` is any real number from 1 to 3; of a network for "any" it is whatever is asked of it next. `white` is the radiance of display white; infinite where colours are
-    tone-mapped radiance, as in linear sequences. The state is (history, temporal, derivative): the previous output as
+    `scale` is any real number from 1 to 3; of a network for "any" it is whatever is asked of it next. `white` is the
+    radiance of display white; infinite where colours are tone-mapped radiance, as in linear sequences. The state is (history, temporal, derivative): the previous output as
     radiance [N, 3, H, W], the network's temporal parameters [N, 4, h, w], padded, and what flicker is found by
     [N, 4, h, w].
     """

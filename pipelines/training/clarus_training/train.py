@@ -16,8 +16,8 @@ import time
 
 import torch
 
-from . import dataset, enss_growth, export, history, model_file, nsrr_growth, quantized, safetensors, stack_training
-from . import validation
+from . import dataset, enss_growth, export, history, model_file, nsrr_growth, nss, quantized, safetensors
+from . import stack_training, validation
 from .frame import run
 from .losses import LOSSES
 from .pipelines import ABLATIONS, PIPELINES
@@ -83,6 +83,8 @@ def parse():
     arguments = parser.parse_args()
     if arguments.scale == "any" and arguments.pipeline != "nss":
         parser.error(f"--scale any: networks of {arguments.pipeline} are of one scale; those of nss serve any")
+    if arguments.scale == "any" and arguments.teacher:
+        parser.error("--teacher: for networks of one scale, not --scale any")
     if arguments.int8 and not (arguments.start or "").endswith(".safetensors"):
         parser.error("--int8: --start is to be a quantized model file, by `clarus quantize`")
     if arguments.int8 and torch.device(arguments.device).type != "cpu":
@@ -312,7 +314,8 @@ def told_to_end():
 
 def usable(option, directories, scale):
     """The sequences there that a network for that scale, or for "any", can be compared on."""
-    found = [each for each in find(directories) if scale in ("any", each.scale) and each.has_references]
+    fits = (lambda each: each <= nss.LARGEST_SCALE) if scale == "any" else scale.__eq__
+    found = [each for each in find(directories) if fits(each.scale) and each.has_references]
     if not found:
         raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
     return found

@@ -15,7 +15,8 @@ def commands(*words, code=0):
     """What is run for these arguments, each as a list of words."""
     result = mock.Mock(returncode=code)
     with mock.patch.object(sys, "argv", ["judge.py", *words]), mock.patch("subprocess.run", return_value=result) as run:
-        judge.main()
+        with mock.patch("os.makedirs"):
+            judge.main()
     return [call.args[0][1:] for call in run.call_args_list]
 
 
@@ -32,7 +33,7 @@ class Judge(unittest.TestCase):
 
     def test_scenes_are_rendered_and_models_evaluated(self):
         rendered, judged = commands("clarus", "data", "out", "--sequences", "mnss-x3", "--device", "cpu/1")
-        self.assertEqual(rendered[1:4], ["clarus", judge.HELD_OUT, os.path.join("data", "mnss-x3")])
+        self.assertEqual(rendered[1:4], ["clarus", judge.HELD_OUT, os.path.join("data", "held_out-mnss-x3")])
         self.assertEqual(rendered[4:], ["--scale", "3", "--size", "256x144", "--jitter", "mnss"])
         self.assertEqual(judged[:2], ["-m", "clarus_training.evaluate"])
         self.assertEqual(judged[5:], ["mnss-x3", "--device", "cpu/1", "--results", os.path.join("out", "quality-mnss-x3.json")])

@@ -310,6 +310,7 @@ class Loop(WithData):
 
     def test_a_network_for_any_scale(self):
         write_sequence(self.at("data", "tripled"), scale=3)
+        write_sequence(self.at("data", "beyond"), scale=4)
         scales, loss = set(), nss.loss
 
         def watched(network, frames, reference, *others):
@@ -441,6 +442,12 @@ class Evaluation(WithData):
         self.assertTrue(gain.endswith("missed on the mean; not on a"), gain)
         self.assertTrue(worse.endswith("not measured, should be 5 at most"), worse)
 
+    def test_results_are_refused_before_the_work(self):
+        with open(self.at("list.json"), "w") as file:
+            json.dump([{"name": "one", "scene": "demo", "frames": 1, "segments": []}], file)
+        with self.assertRaisesRegex(SystemExit, "--results .*/nowhere/r.json: there is no such folder"):
+            run(evaluate, "clarus", self.at("list.json"), self.path, "a", "--results", self.at("nowhere", "r.json"))
+
     def test_results_of_several_runs_share_a_file(self):
         path, row = self.at("results.json"), {"scene": "one", "gain": 1.234567, "frames": 3}
         self.assertEqual(evaluate.recorded(path, ["one"]), {})
@@ -453,7 +460,7 @@ class Evaluation(WithData):
         self.assertFalse(os.path.exists(f"{path}.part"))
         with self.assertRaisesRegex(SystemExit, "results.json: of other scenes, one;"):
             evaluate.recorded(path, ["one", "two"])
-        for text, why in (("[]", "not a file of results"), ("{", "results.json: ")):
+        for text, why in (("[]", "not a file of results"), ('{"format": "clarus-quality"}', "not a file"), ("{", "results.json: ")):
             with open(path, "w") as file:
                 file.write(text)
             with self.assertRaisesRegex(SystemExit, why):
