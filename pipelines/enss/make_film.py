@@ -52,9 +52,15 @@ def column(path, crops, label):
     return np.concatenate(parts[:-1])
 
 
-def write(path, picture):
+def beside(parts):
+    gap = np.zeros((len(parts[0]), GAP, 3))
+    return np.concatenate([parts[0], *(each for part in parts[1:] for each in (gap, part))], axis=1)
+
+
+def write(path, picture, compression="zip"):
     image = oiio.ImageBuf(oiio.ImageSpec(picture.shape[1], picture.shape[0], 3, oiio.UINT8))
     image.set_pixels(oiio.ROI(), np.ascontiguousarray(picture, np.float32))
+    image.specmod().attribute("Compression", compression)
     if not image.write(path):
         raise SystemExit(f"{path}: {image.geterror()}")
 
@@ -99,9 +105,8 @@ def main():
     pictures = []
     for frame in sorted(os.listdir(columns[-1][0])):
         parts = [column(os.path.join(folder, frame), crops, label) for folder, label in columns]
-        gap = np.zeros((len(parts[0]), GAP, 3))
         pictures.append(os.path.join(film, frame))
-        write(pictures[-1], np.concatenate([parts[0], gap, parts[1], gap, parts[2]], axis=1))
+        write(pictures[-1], beside(parts))
     # Every frame is a whole one: what remains of the frame before would look like a ghost.
     options = ["-loop", 0, "-kmax", 1, "-lossy", "-q", given.quality, "-d", round(1000 / given.rate)]
     run("img2webp", *options, *pictures, "-o", given.film)

@@ -11,9 +11,8 @@ import argparse
 import os
 
 import numpy as np
-import OpenImageIO as oiio
 
-from make_film import GAP, column, make
+from make_film import beside, column, make, write
 
 MODELS = ["bicubic", "enss-s-x2", "enss-m-x2", "enss-l-x2"]
 # Scene, frame, part. Blocks of 48×48 that lose most against bicubic's with M, and foliage.
@@ -39,17 +38,9 @@ def main():
         for model, folder in folders.items():
             make(folder, given.clarus, "upscale", sequence, "--model", model)
         folders[f"{scene}, frame {frame}: reference"] = os.path.join(sequence, "reference")
-        parts = []
-        for label, folder in folders.items():
-            parts += [column(os.path.join(folder, f"{frame:04}.png"), [crop], label), None]
-        gap = np.zeros((len(parts[0]), GAP, 3))
-        rows.append(np.concatenate([gap if part is None else part for part in parts[:-1]], axis=1))
-    pixels = np.concatenate(rows)
-    image = oiio.ImageBuf(oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.UINT8))
-    image.set_pixels(oiio.ROI(), np.ascontiguousarray(pixels, np.float32))
-    image.specmod().attribute("Compression", "jpeg:85")
-    if not image.write(given.picture):
-        raise SystemExit(f"{given.picture}: {image.geterror()}")
+        name = f"{frame:04}.png"
+        rows.append(beside([column(os.path.join(folder, name), [crop], label) for label, folder in folders.items()]))
+    write(given.picture, np.concatenate(rows), "jpeg:85")
 
 
 if __name__ == "__main__":

@@ -314,8 +314,8 @@ def told_to_end():
 
 def usable(option, directories, scale):
     """The sequences there that a network for that scale, or for "any", can be compared on."""
-    fits = (lambda each: each <= nss.LARGEST_SCALE) if scale == "any" else scale.__eq__
-    found = [each for each in find(directories) if fits(each.scale) and each.has_references]
+    found = [each for each in find(directories) if each.has_references]
+    found = [each for each in found if (each.scale <= nss.LARGEST_SCALE if scale == "any" else each.scale == scale)]
     if not found:
         raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
     return found

@@ -303,6 +303,7 @@ class Loop(WithData):
     def test_sequences_of_other_scales_are_left_out(self):
         write_sequence(self.at("data", "tripled"), scale=3)
         write_sequence(self.at("other"), scale=3)
+        write_sequence(self.at("other", "halves"), scale=1.5)
         rows, _ = self.train("mixed", "--steps", 1, "--validation", self.at("data"))
         self.assertTrue(0 < float(rows[-1]["psnr"]) < 100)
         with self.assertRaisesRegex(SystemExit, "--validation: no sequence of scale 2"):
