@@ -31,9 +31,9 @@ MODELS = {  # name: what it is
     "enss-m-x2": "medium",
     "enss-l-x2": "large",
 }
-FILTERS = ["nearest", "bilinear", "bicubic", "lanczos", "fsr1", "fsr2"]
-ENSS = ["enss-s-x2", "enss-m-x2", "enss-l-x2"]
-ALL = [*FILTERS[1:], *ENSS]
+FILTERS = [*judge.FILTERS, "fsr2"]
+ENSS = {of: [f"enss-{size}-{of}" for size in "sml"] for of in ("x2", "x3", "x4")}
+ALL = [*FILTERS[1:], *ENSS["x2"]]
 FIGURES = ["psnr", "gain", "moving_gain", "still_gain", "ssim", "pixel_std"]
 IN_MOTION = ["gain", "moving_gain", "still_gain", "in_disoccluded_4_gain", "in_thin_gain", "worse_blocks", "pixel_std"]
 
@@ -203,7 +203,7 @@ TABLES = {
     "models in full": long,
     "times": times,
     "filters": quality(FILTERS),
-    **{f"enss, {of}": quality([f"enss-{size}-{of}" for size in "sml"], of) for of in ("x2", "x3", "x4")},
+    **{f"enss, {of}": quality(models, of) for of, models in ENSS.items()},
     "x2 in motion": in_motion(["x2", "mnss-x2"]),
     "x3 in motion": in_motion(["x3", "mnss-x3"]),
     "x4 in motion": in_motion(["x4"]),

@@ -3,8 +3,8 @@
 
 make_weaknesses.py CLARUS DATA DIRECTORY PICTURE.jpg
 
-DATA holds the held-out scenes at ×2, as ../training/judge.py renders them (DATA/held_out-x2). DIRECTORY receives what is upscaled,
-and keeps it: what is there is not made again.
+DATA holds the held-out scenes at ×2, as ../training/judge.py renders them (DATA/held_out-x2). DIRECTORY receives what
+is upscaled, and keeps it: what is there is not made again.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import numpy as np
 from make_film import beside, column, make, write
 
 MODELS = ["bicubic", "enss-s-x2", "enss-m-x2", "enss-l-x2"]
-# Scene, frame, part. Blocks of 48×48 that lose most against bicubic's with M, and foliage.
+# Scene, frame, part: around the blocks of 48×48 that lose most against bicubic's with M.
 PLACES = [
     ("cages", 22, (72, 204, 128, 100)),
     ("cages", 18, (640, 204, 128, 100)),

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measures what is shipped on the held-out scenes: judge.py CLARUS DATA RESULTS [--sequences KIND...] [--models NAME...].
 
-The list's scenes are rendered into DATA/held_out-KIND where they are not there yet, apart from what is trained on, and every model's figures are added to
-RESULTS/quality-KIND.json, of which bench/figures.py makes the tables of the models' cards. A KIND is what some models
-want to be shown: a scale, and a jitter.
+The list's scenes are rendered into DATA/held_out-KIND where they are not there yet, apart from what is trained on, and
+every model's figures are added to RESULTS/quality-KIND.json, of which bench/figures.py makes the tables of the models'
+cards. A KIND is what some models want to be shown: a scale, and a jitter.
 """
 
 import argparse
@@ -50,13 +50,13 @@ def main():
     unknown = set(arguments.models or ()) - known
     if unknown:
         parser.error(f"--models {' '.join(sorted(unknown))}: none of {', '.join(sorted(known))}")
+    os.makedirs(arguments.results, exist_ok=True)
     for kind in arguments.sequences:
         usual = SHIPPED[kind] + (FILTERS if kind == "x2" else [])
         models = [name for name in usual if name in (arguments.models or usual)]
         if not models:
             continue
         folder = os.path.join(arguments.data, f"held_out-{kind}")
-        os.makedirs(arguments.results, exist_ok=True)
         path = os.path.join(arguments.results, f"quality-{kind}.json")
         python(os.path.join(HERE, "make_data.py"), arguments.clarus, HELD_OUT, folder, *RENDERED[kind])
         words = [arguments.clarus, HELD_OUT, folder, *models, "--device", arguments.device, "--results", path]

@@ -13,10 +13,10 @@ import subprocess
 import sys
 
 from clarus_training.evaluate import run
+from judge import RENDERED
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENE, FRAME = "brondehach", 28
-SIZES = {"2": "384x216", "3": "256x144", "4": "192x108"}  # of render resolution, for one output resolution
 JITTERS = {"mnss": ["--jitter", "mnss"], "srpo": ["--jitter", "none"], "stack": ["--jitter", "none"]}
 OPTIONS = {"srpo": ["--antialias", "mlaa"], "stack": ["--antialias-input", "mlaa"]}
 CROPS = ["405,140,160,90", "90,240,160,90"]  # a car behind wire mesh, a crash barrier
@@ -37,7 +37,7 @@ def sequence_for(clarus, directory, pipeline, scale):
     folder = os.path.join(directory, "-".join(["sequences", f"x{scale}", *jitter[1:]]))
     if not os.path.exists(os.path.join(folder, SCENE)):
         make = [sys.executable, "make_data.py", clarus, "held_out.json", folder, "--only", SCENE]
-        subprocess.run([*make, "--scale", scale, "--size", SIZES[scale], *jitter], cwd=HERE, check=True)
+        subprocess.run([*make, *RENDERED[f"x{scale}"], *jitter], cwd=HERE, check=True)
     return os.path.join(folder, SCENE)
 
 
