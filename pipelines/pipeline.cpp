@@ -14,6 +14,7 @@ graph::Graph at_whole_scale(const io::Safetensors& model, double scale, Size ren
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
+        {"clarus", 2, 4, at_whole_scale<build_clarus>},
         {"enss", 2, 4, at_whole_scale<build_enss>},
         {"mnss", 2, 3, at_whole_scale<build_mnss>},
         {"nsrr", 2, 6, at_whole_scale<build_nsrr>, false, {}, nsrr_options()},

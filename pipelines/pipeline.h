@@ -60,6 +60,7 @@ struct FilterPipeline {
 std::span<const FilterPipeline> filters();
 
 // One folder each.
+graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);

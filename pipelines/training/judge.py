@@ -22,9 +22,9 @@ RENDERED = {  # as make_data.py takes it
     "mnss-x3": ["--scale", "3", "--size", "256x144", "--jitter", "mnss"],
 }
 SHIPPED = {  # what works in time, and so is judged by what moves
-    "x2": ["fsr2", "enss-s-x2", "enss-m-x2", "enss-l-x2", "nsrr-x2"],
-    "x3": ["fsr2", "enss-s-x3", "enss-m-x3", "enss-l-x3"],
-    "x4": ["fsr2", "enss-s-x4", "enss-m-x4", "enss-l-x4", "nsrr-fast-x4", "nsrr-x4"],
+    "x2": ["fsr2", "clarus-m-x2", "enss-s-x2", "enss-m-x2", "enss-l-x2", "nsrr-x2"],
+    "x3": ["fsr2", "clarus-m-x3", "enss-s-x3", "enss-m-x3", "enss-l-x3"],
+    "x4": ["fsr2", "clarus-m-x4", "enss-s-x4", "enss-m-x4", "enss-l-x4", "nsrr-fast-x4", "nsrr-x4"],
     "mnss-x2": ["mnss-x2"],
     "mnss-x3": ["mnss-x3"],
 }

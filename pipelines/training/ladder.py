@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-COMMON = ["--amp", "--events"]
+COMMON = ["--amp"]
 
 
 class Run:

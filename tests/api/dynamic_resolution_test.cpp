@@ -279,7 +279,7 @@ UpscalerOptions dynamic_options() {
 
 TEST_CASE("after a cut, frames of another size are those of an upscaler of that size; nothing is compiled") {
     constexpr Size kLargest{24, 18};
-    for (const char* file : {"enss_x2_table", "mnss_x2", "nsrr_x4", "nsrr_x2_rgb", "srpo_x2"})
+    for (const char* file : {"clarus_x2", "enss_x2_table", "mnss_x2", "nsrr_x4", "nsrr_x2_rgb", "srpo_x2"})
         for (const int band_rows : {0, 8}) {
             CAPTURE(std::string(file));
             CAPTURE(band_rows);

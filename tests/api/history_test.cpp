@@ -91,8 +91,8 @@ class Warnings {
 }  // namespace
 
 TEST_CASE("history that another upscaler goes on with makes the bits of one run" * doctest::test_suite("golden")) {
-    for (const char* name :
-         {"enss_x2_table", "enss_x2_held", "mnss_x2_checked", "nsrr_x2_checked", "nsrr_x4", "nss_x2", "srpo_x2"}) {
+    for (const char* name : {"enss_x2_table", "enss_x2_held", "mnss_x2_checked", "nsrr_x2_checked", "nsrr_x4", "nss_x2",
+                             "srpo_x2", "clarus_x2"}) {
         CAPTURE(name);
         const Golden golden(name);
         check_goes_on(golden, test_device(), options_for(golden));

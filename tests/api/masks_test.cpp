@@ -90,7 +90,7 @@ TEST_CASE("what a mask leaves alone is not the next frame's history" * doctest::
     CHECK(largest_difference(masked[1], plains.model[1]) > 1e-4f);
 }
 
-// Of fsr2 and NSS, which keep what they gathered, and not what is shown.
+// Of fsr2, clarus and NSS, which keep what they gathered, and not what is shown.
 TEST_CASE("a mask keeps what was before it out of the history behind it" * doctest::test_suite("golden")) {
     const auto difference_after = [](const Golden& golden, float mask) {
         const size_t pixels = static_cast<size_t>(golden.render.width) * golden.render.height;
@@ -111,6 +111,9 @@ TEST_CASE("a mask keeps what was before it out of the history behind it" * docte
     golden.model = Model::filter("fsr2", 2);
     CHECK(difference_after(golden, 0) > 0.01f);
     CHECK(difference_after(golden, 1) < 1e-5f);
+    const Golden clarus("clarus_x2");
+    CHECK(difference_after(clarus, 0) > 0.01f);
+    CHECK(difference_after(clarus, 1) < 1e-5f);
     // Its network saw the history, and chose by it what to take of the frame.
     const Golden nss("nss_x2");
     CHECK(difference_after(nss, 1) < 0.05f * difference_after(nss, 0));

@@ -32,7 +32,7 @@ write("address", "stream", b"ucx:127.0.0.1:7000/game")
 for model in ("stack_esr_max_x2.model", "stack_int8_1x1.golden", "mnss_x2_1x1.golden"):
     write("safetensors", model, (tests / "golden" / f"{model}.safetensors").read_bytes())
 
-for model in ("stack_all_x2", "stack_int8_1x1", "enss_x2_1x1", "srpo_x2", "mnss_x2_1x1"):
+for model in ("stack_all_x2", "stack_int8_1x1", "enss_x2_1x1", "srpo_x2", "mnss_x2_1x1", "clarus_x4_1x1"):
     write("model", model, (tests / "golden" / f"{model}.model.safetensors").read_bytes())
 
 for network in ("stack_esr_max_x2", "stack_esr_tm_x2", "stack_joined_x2"):

@@ -85,6 +85,26 @@ TEST_SUITE("small") {
         }
     }
 
+    TEST_CASE("a history of samples is copied into cells, not kept in them") {
+        Graph graph;
+        const Value color = graph.input(Resource::color, {4, 4}), depth = graph.input(Resource::depth, {4, 4});
+        const Value motion = graph.input(Resource::motion, {4, 4});
+        const Value history = graph.previous({4, 8, 8}, "history");
+        const Value moved = graph.reproject(motion, depth, 2, {8, 8});
+        const Value past = graph.warp_sharply(history, moved, color, 2);
+        const Value trust = graph.trust(graph.residual(color, past), motion, 2);
+        const Value collected = graph.collect(color, past, trust, moved, 2);
+        graph.carry(history, collected);
+        const Value joined = graph.concat({color, graph.space_to_depth(collected, 2)});
+        graph.output = graph.convolution(joined, zero_parameters(3, 19), Activation::none, "c");
+        const LayoutPlan plan = lay_out(graph, Storage::f32);
+        CHECK(plan.graph.nodes.size() == graph.nodes.size() + 1);
+        for (const Value value : {history, collected}) {
+            CHECK(plan.layouts[value].block == 1);
+            CHECK(plan.layouts[value].stride == 4);
+        }
+    }
+
     TEST_CASE("depth and motion vectors stay in float where images are half") {
         Graph graph;
         const Value color = graph.input(Resource::color, {8, 8});
@@ -156,7 +176,7 @@ TEST_SUITE("small") {
         profile.local_memory = 1 << 16;
         profile.max_work_group_size = 256;
         const auto select = [&](const Problem& problem) { return built_in_selection(problem, profile); };
-        for (const char* name : {"enss-m-x2", "nsrr-x2", "mnss-x2", "fsr2"}) {
+        for (const char* name : {"clarus-m-x2", "enss-m-x2", "nsrr-x2", "mnss-x2", "fsr2"}) {
             CAPTURE(name);
             const graph::Graph graph = build_graph(Model::find(name, 2), {3840, 2160}, {7680, 4320}, {});
             for (const DeviceClass device_class : {DeviceClass::cpu, DeviceClass::gpu}) {

@@ -23,10 +23,12 @@ class Images(NamedTuple):
     reference: torch.Tensor
     followed: Optional[torch.Tensor] = None
     checked: Optional[torch.Tensor] = None
+    collected: Optional[torch.Tensor] = None
+    trust: Optional[torch.Tensor] = None
 
     def of_scale(self, s):
         """Each image, and how many of its pixels there are to a render pixel."""
-        sizes = (1, 1, 1, s, s, 1)
+        sizes = (1, 1, 1, s, s, 1, s, 1)
         return [(name, image, size) for name, image, size in zip(self._fields, self, sizes) if image is not None]
 
     def turned(self, flip, swap):
@@ -48,18 +50,21 @@ class Clips:
 
     `turn` mirrors and transposes a batch's images, motion and jitters. `tint` gives every clip, input and reference
     alike, another brightness, contrast and colour. `eventful` clips have cuts, fades, flat pictures and bars (events.py).
-    `checked` frames come with what history.py makes of them.
+    `checked` frames come with what history.py makes of them, `collected` ones with what fsr2.py makes of the whole
+    sequence up to them: a clip's first frame is no reset then.
     """
 
-    def __init__(self, sequences, length, crop, turn=True, tint=True, eventful=False, checked=False):
+    def __init__(self, sequences, length, crop, turn=True, tint=True, eventful=False, checked=False, collected=False):
         self.length, self.crop, self.turn, self.tint, self.eventful = length, crop, turn, tint, eventful
-        self.checked = checked
+        self.checked, self.collected = checked, collected
         groups = {}
         for sequence in sequences:
             if min(sequence.depth.shape[1:]) < crop:
                 raise SystemExit(f"{sequence.directory}: frames are smaller than a crop of {crop}")
             if checked:
                 sequence.follow()
+            if collected:
+                sequence.collect()
             for t in range(len(sequence) - length + 1):
                 jitters = np.round((sequence.jitter[t : t + length], sequence.motion_jitter[t : t + length]), 5)
                 key = (jitters.tobytes(), sequence.scale, sequence.color.dtype, sequence.reference.dtype)
@@ -73,8 +78,9 @@ class Clips:
         """`count` clips as a list of Frames, and their references [T, N, 3, H, W]. `chance` is a random.Random."""
         (group,) = chance.choices(self.groups, self.weights)
         chosen = [chance.choice(group) for _ in range(count)]
-        cuts = zip(*(self._cut(*clip, chance) for clip in chosen))
-        images = Images(*(to_images(np.stack(parts, axis=1), device) for parts in cuts))
+        cuts = [self._cut(*clip, chance) for clip in chosen]
+        images = {name: np.stack([cut[name] for cut in cuts], axis=1) for name in cuts[0]}
+        images = Images(**{name: to_images(image, device) for name, image in images.items()})
         sequence, t = chosen[0]
         jitters = [sequence.jitter[t : t + self.length], sequence.motion_jitter[t : t + self.length]]
         if self.turn:
@@ -86,11 +92,13 @@ class Clips:
             events.happen(images, chance)
         if self.tint:
             gain, offset = tints(count, chance, device)
-            for each in (images.color, images.reference):
+            collected = () if images.collected is None else (images.collected[:, :, :3],)
+            for each in (images.color, images.reference, *collected):
                 each.mul_(gain).add_(offset)
         jitters = (map(tuple, each) for each in jitters)
-        checked = images[4:] if self.checked else ()
-        return [Frame(*parts) for parts in zip(*images[:3], *jitters, *checked)], images.reference
+        known = {name: image for name, image in images._asdict().items() if name in Frame._fields and image is not None}
+        known.update(zip(("jitter", "motion_jitter"), jitters))
+        return [Frame(**dict(zip(known, parts))) for parts in zip(*known.values())], images.reference
 
     def _cut(self, sequence, t, chance):
         height, width = sequence.depth.shape[1:]
@@ -105,12 +113,14 @@ class Clips:
         motion = np.array(sequence.motion[low])
         reset = np.array(sequence.reset[low[0]])
         motion[reset] = np.nan
-        images = sequence.color[low], sequence.depth[low][..., None], motion, sequence.reference[high]
-        if not self.checked:
-            return images
-        followed, checked = np.array(sequence.followed[high]), np.array(sequence.checked[low])
-        followed[reset], checked[reset] = np.nan, np.nan
-        return *images, followed, checked
+        images = dict(color=sequence.color[low], depth=sequence.depth[low][..., None], motion=motion)
+        images["reference"] = sequence.reference[high]
+        if self.checked:
+            images.update(followed=np.array(sequence.followed[high]), checked=np.array(sequence.checked[low]))
+            images["followed"][reset], images["checked"][reset] = np.nan, np.nan
+        if self.collected:
+            images.update(collected=sequence.collected[high], trust=sequence.trust[low])
+        return images
 
 
 def turned(images, flip, swap):

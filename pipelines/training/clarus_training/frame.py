@@ -11,7 +11,8 @@ class Frame(NamedTuple):
     `color` [N, 3, h, w], `depth` [N, 1, h, w], `motion` [N, 2, h, w] with NaN in invalid vectors. A frame whose vectors
     are all invalid has no history, and so is as good as a reset: that is how one frame of a batch resets and another
     does not. `jitter` is (jx, jy), `motion_jitter` where in their pixels the vectors were sampled (J_m). `followed`
-    [N, 2, H, W] and `checked` [N, 2, h, w] are what history.py makes of motion and depth, where that is known already.
+    [N, 2, H, W] and `checked` [N, 2, h, w] are what history.py makes of motion and depth, `collected` [N, 4, H, W] and
+    `trust` [N, 1, h, w] what fsr2.py makes of all frames so far, where that is known already.
     """
 
     color: torch.Tensor
@@ -21,6 +22,8 @@ class Frame(NamedTuple):
     motion_jitter: tuple = (0.0, 0.0)
     followed: Optional[torch.Tensor] = None
     checked: Optional[torch.Tensor] = None
+    collected: Optional[torch.Tensor] = None
+    trust: Optional[torch.Tensor] = None
 
 
 def run(network, frames):

@@ -15,7 +15,7 @@ import os
 import numpy as np
 import torch
 
-from . import enss, mnss, model_file, nsrr, nss, onnx, operators, safetensors, srpo, stack
+from . import clarus, enss, mnss, model_file, nsrr, nss, onnx, operators, safetensors, srpo, stack
 from .frame import Frame
 from .layers import convolutions
 
@@ -71,6 +71,11 @@ IN_WHOLE_NUMBERS_ALONE = (
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
 # motion was sampled where colour was. `checked`, `held`: docs/history.md. `use`: only so many of the previous frames, whose number the golden file says.
 CASES = {
+    "clarus": {
+        "clarus_x2": dict(scale=2, features=8, middle=1, size=(13, 9)),
+        "clarus_x3": dict(scale=3, features=12, middle=0, size=(11, 7), jittered=True),
+        "clarus_x4_1x1": dict(scale=4, features=4, middle=1, size=(1, 1)),
+    },
     "enss": {
         "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
         "enss_x3_table": dict(scale=3, features=8, middle=0, size=(11, 7), table=HALTON[:6], away=0.004),
@@ -157,6 +162,13 @@ def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr
     return network
 
 
+def random_clarus(generator, scale, features, middle, **_):
+    network = random_weights(generator, clarus.Clarus(scale, features, middle), 0.7)
+    with torch.no_grad():
+        network.layers[-1].weight.mul_(0.25)  # corrections
+    return network
+
+
 def random_mnss(generator, scale, **more):
     return random_weights(generator, mnss.Mnss(scale, **checks_of(more)), 0.5)
 
@@ -234,6 +246,7 @@ def random_enss(generator, scale, features, middle, table=None, hidden=None, **m
 
 
 RANDOM_NETWORKS = {
+    "clarus": random_clarus,
     "enss": random_enss,
     "nsrr": random_nsrr,
     "mnss": random_mnss,

@@ -152,8 +152,9 @@ def frame_graph(network, frame):
     """A whole frame with this one's jitter. Values of `inputs` are the frame, and its `state_after_reset`."""
     if getattr(network, "checked", False):
         raise Unexportable("a frame with a checked history scatters depth, which cannot be exported; --part network can")
-    if network.pipeline == "nss":
-        raise Unexportable("nss: its frame scatters depth, which cannot be exported; --part network has its convolutions")
+    if network.pipeline in ("clarus", "nss"):
+        what = "its frame scatters depth, which cannot be exported; --part network has its convolutions"
+        raise Unexportable(f"{network.pipeline}: {what}")
     images = dict(color=frame.color, depth=frame.depth, motion=frame.motion)
     if network.pipeline in ("srpo", "stack"):
         return Graph(FrameAlone(network), {"color": frame.color}, ["output"])
@@ -181,6 +182,8 @@ def network_graph(network, frame):
     s = network.scale
     if network.pipeline == "enss":
         return Graph(EnssNetwork(network, frame.jitter), {"x": noise(6 + network.checked + 4 * s * s)}, ["predictions"])
+    if network.pipeline == "clarus":
+        return Graph(Call(network, "network"), {"x": noise(6 + 4 * s * s)}, ["details"])
     if network.pipeline == "nsrr":
         n = network.previous_frames
         inputs = {"z": noise(4), "raw": noise(4 + 4 * n, s), "maps": noise(12 * (1 + n), s)}

@@ -15,9 +15,10 @@ where history may be checked, `place(ahead)`, the history.Place of it; and `step
 returns the output [N, 3, H, W] and the new state.
 """
 
-from . import enss, mnss, nsrr, nss, srpo, stack_training
+from . import clarus, enss, mnss, nsrr, nss, srpo, stack_training
 
 PIPELINES = {
+    "clarus": clarus,
     "enss": enss,
     "mnss": mnss,
     "nsrr": nsrr,

@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO as oiio
 import torch
 
-from . import history, operators
+from . import fsr2, history, operators
 from .frame import Frame
 
 
@@ -47,6 +47,10 @@ class Sequence:
     def follow(self):
         """Adds `followed` [T, H, W, 2], in output pixels, and `checked` [T, h, w, 2], both float16: see history.py."""
         self._load("followed", ["followed", "checked"])
+
+    def collect(self):
+        """Adds `collected` [T, H, W, 4] and `trust` [T, h, w, 1], both float16: see fsr2.py."""
+        self._load("collected", ["collected", "trust"])
 
     def _load(self, kind, names):
         """Sets attributes to arrays that are decoded where they are not there yet."""
@@ -135,6 +139,24 @@ class Sequence:
             return history.reproject(self._checked(t), depth, self.scale, self.motion_jitter[t])[0].movedim(0, 2)
 
         return np.stack([followed(t).half().numpy() for t in range(len(self))])
+
+    def _collected(self):
+        """fsr2's history and trust of each frame; decoded together, and kept until both are written."""
+        if not hasattr(self, "_of_fsr2"):
+            made = []
+            for t in range(len(self)):
+                before = None if self.reset[t] else made[-1][0]
+                made.append(fsr2.step(self.frame(t), before, self.scale))
+            self._of_fsr2 = [np.stack([each[0].movedim(0, 2).half().numpy() for each in some]) for some in zip(*made)]
+        return self._of_fsr2
+
+    def _decode_collected(self):
+        return self._collected()[0]
+
+    def _decode_trust(self):
+        trust = self._collected()[1]
+        del self._of_fsr2
+        return trust
 
     def _decode_checked(self):
         return np.stack([self._checked(t)[0].movedim(0, 2).half().numpy() for t in range(len(self))])

@@ -38,7 +38,7 @@ def scale(text):
 def parse():
     parser = argparse.ArgumentParser(description="Train a pipeline's network.")
     parser.add_argument("--pipeline", choices=sorted(PIPELINES), default="enss")
-    sizes = f"s, m, l for enss; full, fast for nsrr; {', '.join(stack_training.SIZES)} for stack"
+    sizes = f"s, m, l for enss; s, m for clarus; full, fast for nsrr; {', '.join(stack_training.SIZES)} for stack"
     parser.add_argument("--size", help=f"of a network that has several: {sizes}")
     scales = "2 to 6; nss: or any, for a network of every scale"
     parser.add_argument("--scale", type=scale, required=True, metavar="SCALE", help=scales)
@@ -357,8 +357,8 @@ def main():
     held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
     kind = dict(turn=training.turns, tint=not arguments.no_tints, eventful=arguments.events)
-    checked = getattr(training.network, "checked", False)
-    clips = [dataset.Clips(sequences, length, arguments.crop, checked=checked, **kind) for length in lengths]
+    kind.update(checked=getattr(training.network, "checked", False), collected=hasattr(training.network, "collects"))
+    clips = [dataset.Clips(sequences, length, arguments.crop, **kind) for length in lengths]
 
     with LogTable(os.path.join(arguments.output, "log.csv"), training.iteration) as log, told_to_end() as told:
         now, last_saved = time.monotonic(), training.elapsed

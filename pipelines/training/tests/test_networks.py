@@ -8,9 +8,12 @@ import unittest
 import torch
 
 from clarus_training import (
+    clarus,
     enss,
     frame,
+    fsr2,
     golden,
+    history,
     mnss,
     model_file,
     nsrr,
@@ -40,6 +43,7 @@ def frames(number, height=6, width=9, batch=2, still=False):
 def networks(scale=2):
     """All of them, not as they start but with noise in their weights."""
     every = {
+        "clarus": clarus.create(scale, 8, 1),
         "enss": enss.create(scale, 8, 1, 16),
         "nsrr": nsrr.create(scale=scale, previous_frames=2, width=4),
         "nsrr alone": nsrr.create(scale=scale, previous_frames=0, width=4, network_color="rgb"),
@@ -48,7 +52,7 @@ def networks(scale=2):
         "srpo": srpo.create(scale),
         **{size: stack_training.create(scale, size) for size in stack_training.SIZES},
     }
-    for name in ("nsrr", "nsrr alone"):
+    for name in ("nsrr", "nsrr alone", "clarus"):
         for parameter in every[name].parameters():
             parameter.add_(0.05 * torch.randn_like(parameter))
     return every
@@ -116,6 +120,35 @@ class Networks(unittest.TestCase):
             self.assertLess((mixed[1] - continued[1]).abs().max().item(), 1e-5, name)
             if name not in ("srpo", "nsrr alone", *stack_training.SIZES):
                 self.assertGreater((continued - reset).abs().max().item(), 1e-4, name)
+
+    def test_clarus_starts_as_fsr2_and_its_history_never_sees_what_is_shown(self):
+        clip, network = frames(4), clarus.create(2, 8, 1)
+        noisy, state, states = networks()["clarus"], None, [None, None]
+        for each in clip:
+            state, trust = fsr2.step(each, state, 2)
+            inside, outputs = {}, []
+            for i, one in enumerate((network, noisy)):
+                output, states[i] = one.step(each, states[i], inside=inside)
+                outputs.append(output)
+                self.assertTrue(torch.equal(states[i], state))
+                self.assertTrue(torch.equal(inside["trust"], trust))
+            self.assertTrue(torch.equal(outputs[0], history.hold(state[:, :3], each.color, state[:, :3], 2)))
+            self.assertGreater((outputs[1] - outputs[0]).abs().max().item(), 1e-3)
+
+    def test_clarus_learns_weights_of_differences_and_keeps_plain_ones(self):
+        for scale in (2, 3):
+            layer = clarus.create(scale, 4, 0).layers[0]
+            plain = torch.randn(4, 6 + 4 * scale * scale, 3, 3)
+            layer.set_plain(plain)
+            self.assertLess((layer.plain - plain).abs().max().item(), 1e-5)
+            # What all colours have in common reaches no feature but by their mean.
+            torch.nn.init.normal_(layer.weight)
+            layer.weight[:, -3:] = 0
+            x = torch.rand(1, plain.shape[1], 5, 5)
+            shifted = x.clone()
+            shifted[:, :3] += 0.3
+            shifted[:, 6 : 6 + 3 * scale * scale] += 0.3
+            self.assertLess((layer(shifted) - layer(x))[..., 1:-1, 1:-1].abs().max().item(), 1e-4)
 
     def test_ablations(self):
         clip = frames(3)

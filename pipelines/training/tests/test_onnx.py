@@ -20,8 +20,8 @@ def models():
 
 
 def graphs(network):
-    """The graphs that a network has; NSS's frame, and any whose history is checked, cannot be exported."""
-    alone = network.pipeline == "nss" or getattr(network, "checked", False)
+    """The graphs that a network has; frames of clarus and NSS, and any whose history is checked, cannot be exported."""
+    alone = network.pipeline in ("clarus", "nss") or getattr(network, "checked", False)
     return {name: make for name, make in onnx.GRAPHS.items() if name == "network" or not alone}
 
 

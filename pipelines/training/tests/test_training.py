@@ -24,6 +24,7 @@ from clarus_training import (
     evaluate,
     export,
     frame,
+    fsr2,
     manifest,
     mnss,
     model_file,
@@ -161,6 +162,24 @@ class Data(WithData):
                 warped = operators.warp(reference[t - 1], frame.followed, "clamp", 0)
                 self.assertLess((warped - reference[t])[..., 6:-6, 6:-6].abs().max().item(), 0.03)
 
+    def test_collected_clips_know_what_fsr2_made_of_all_frames_before(self):
+        (found,) = sequence.find([self.path])
+        wanted, state = [], None
+        for t in range(len(found)):
+            state, trust = fsr2.step(found.frame(t), None if found.reset[t] else state, found.scale)
+            wanted.append((state, trust))
+        clips = dataset.Clips([found], 2, min(found.depth.shape[1:]), turn=False, tint=False, collected=True)
+        chance = random.Random(6)
+        for _ in range(6):
+            for frame in clips.batch(1, chance)[0]:
+                errors = [
+                    (frame.collected - state[..., : frame.collected.shape[2], x : x + frame.collected.shape[3]]).abs().max()
+                    + (frame.trust - trust[..., : frame.trust.shape[2], x // 2 : x // 2 + frame.trust.shape[3]]).abs().max()
+                    for state, trust in wanted
+                    for x in range(0, state.shape[3] - frame.collected.shape[3] + 1, 16)
+                ]
+                self.assertLess(min(errors).item(), 0.01)  # kept in half precision
+
     def test_events_befall_input_and_reference_alike(self):
         clips = dataset.Clips(sequence.find([self.path]), 6, 16, turn=False, tint=False, eventful=True, checked=True)
         chance, unmarked_cuts, flats = random.Random(5), 0, 0
@@ -206,7 +225,7 @@ class Loop(WithData):
         self.assertEqual(whole["running"], resumed["running"])
 
     def test_every_network_learns_and_is_exported(self):
-        cases = {"enss": ("--size", "s"), "nsrr": ("--size", "fast"), "mnss": (), "nss": (), "srpo": ()}
+        cases = {"clarus": ("--size", "s"), "enss": ("--size", "s"), "nsrr": ("--size", "fast"), "mnss": (), "nss": (), "srpo": ()}
         for pipeline, size in cases.items():
             clip = ["--clip", 1 if pipeline == "srpo" else 3]
             losses, step = [], train.Training.step
@@ -218,7 +237,7 @@ class Loop(WithData):
                 losses.append(now)
                 return rate
 
-            steps = 40 if pipeline == "nss" else 24  # it starts as a reconstruction
+            steps = {"nss": 40, "clarus": 300}.get(pipeline, 24)  # these start as a reconstruction, and as fsr2
             words = ["--steps", steps, "--rate", 3e-3, "--no-turns", "--no-tints", *clip]
             with mock.patch.object(train.Training, "step", watched):
                 self.train(pipeline, *words, pipeline=pipeline, size=size)
