@@ -27,13 +27,14 @@ MODELS = {  # name: what it is
     "bicubic": "a filter of one frame",
     "fsr1": "AMD's FSR 1, by its description",
     "fsr2": "temporal, of FSR 2's class, no network; any scale",
+    "clarus-m-x2": "`fsr2` and a network that adds to what it shows",
     "enss-s-x2": "Mercier et al. 2023, small",
     "enss-m-x2": "medium",
     "enss-l-x2": "large",
 }
 FILTERS = [*judge.FILTERS, "fsr2"]
 ENSS = {of: [f"enss-{size}-{of}" for size in "sml"] for of in ("x2", "x3", "x4")}
-ALL = [*FILTERS[1:], *ENSS["x2"]]
+ALL = [*FILTERS[1:], "clarus-m-x2", *ENSS["x2"]]
 FIGURES = ["psnr", "gain", "moving_gain", "still_gain", "ssim", "pixel_std"]
 IN_MOTION = ["gain", "moving_gain", "still_gain", "in_disoccluded_4_gain", "in_thin_gain", "worse_blocks", "pixel_std"]
 
@@ -84,11 +85,9 @@ class Results:
         return cells
 
     def cost(self, model):
-        """Cells: milliseconds, with a star where they were not steady, and MiB."""
-        if model not in self.times["models"]:
-            fail(f"{TIMES}: no model {model}")
-        of = self.times["models"][model]
-        return [starred(of), f"{of['mib']:.1f}"]
+        """Cells: milliseconds, with a star where they were not steady, and MiB; – where they were not measured."""
+        of = self.times["models"].get(model)
+        return [starred(of), f"{of['mib']:.1f}"] if of else ["–", "–"]
 
 
 def starred(of):
@@ -138,9 +137,10 @@ def table(heads, rows):
 
 
 def times_of(results, models):
-    star = not all(results.times["models"][model]["steady"] for model in models)
-    within = f"; *: not known to {100 * results.times['steady_within']:.0f} %" if star else ""
-    return f"Times: {results.times['device']}, {results.times['date']}{within}.\n"
+    known = [results.times["models"][model] for model in models if model in results.times["models"]]
+    within = f"; *: not known to {100 * results.times['steady_within']:.0f} %" if not all(of["steady"] for of in known) else ""
+    missing = "; –: not measured there" if len(known) < len(models) else ""
+    return f"Times: {results.times['device']}, {results.times['date']}{within}{missing}.\n"
 
 
 def origin(results, models):
