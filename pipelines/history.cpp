@@ -30,4 +30,21 @@ CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::
     return {checked, graph.reproject(checked, depth, scale, output)};
 }
 
+CollectedHistory collected_history(graph::Graph& graph, graph::Value color, graph::Value depth, graph::Value motion,
+                                   double scale, Size output) {
+    const graph::Value history = graph.previous({4, output.height, output.width}, "history");
+    const auto [checked, hr_motion] = checked_history(graph, motion, depth, scale, output);
+    const graph::Value past = graph.warp_sharply(history, hr_motion, color, scale);
+    const graph::Value trust = graph.trust(graph.residual(color, past), checked, scale);
+    const graph::Value collected = graph.collect(color, past, trust, hr_motion, scale);
+    graph.history_trust = trust;
+    graph.carry(history, collected);
+    graph.views.insert({{"motion", hr_motion},
+                        {"past", graph.slice(past, 0, 3)},
+                        {"past_weight", graph.slice(past, 3, 1)},
+                        {"trust", trust},
+                        {"weight", graph.slice(collected, 3, 1)}});
+    return {trust, collected};
+}
+
 }  // namespace clarus::pipelines

@@ -23,4 +23,15 @@ struct CheckedHistory {
 /// By `reproject`, to an output `scale` times as large, of what `checked_motion` leaves of motion.
 CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale, Size output);
 
+/// What `fsr2` has collected, as a state of the graph (docs/fsr2.md): colour and weight at output resolution, 4
+/// channels.
+struct CollectedHistory {
+    graph::Value trust;      // how far that is believed, at render resolution; Graph::history_trust
+    graph::Value collected;  // with this frame's samples
+};
+
+/// fsr2's steps 1 to 4, and the views `motion`, `past`, `past_weight`, `trust`, `weight`.
+CollectedHistory collected_history(graph::Graph& graph, graph::Value color, graph::Value depth, graph::Value motion,
+                                   double scale, Size output);
+
 }  // namespace clarus::pipelines

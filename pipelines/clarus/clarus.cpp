@@ -36,15 +36,9 @@ graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, 
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
     const Value motion = graph.input(Resource::motion, render);
-    const Value history = graph.previous({4, output.height, output.width}, "history");
 
     // Step 1: fsr2's.
-    const auto [checked, hr_motion] = checked_history(graph, motion, depth, scale, output);
-    const Value past = graph.warp_sharply(history, hr_motion, color, scale);
-    const Value trust = graph.trust(graph.residual(color, past), checked, scale);
-    const Value collected = graph.collect(color, past, trust, hr_motion, scale);
-    graph.history_trust = trust;
-    graph.carry(history, collected);
+    const auto [trust, collected] = collected_history(graph, color, depth, motion, scale, output);
 
     // Steps 2 and 3.
     Value x = graph.concat({color, graph.plane(FrameScalar::jitter_x, render),
@@ -61,17 +55,12 @@ graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, 
     const Value details = graph.depth_to_space(x, scale), seen = graph.slice(collected, 0, 3);
     graph.output = graph.hold(graph.sum(seen, details, "output"), color, seen, scale);
 
-    graph.views = {{"motion", hr_motion},
-                   {"past", graph.slice(past, 0, 3)},
-                   {"past_weight", graph.slice(past, 3, 1)},
-                   {"trust", trust},
-                   {"collected", seen},
-                   {"weight", graph.slice(collected, 3, 1)},
-                   {"details", details},
-                   {"input_motion", motion},
-                   {"input_depth", depth},
-                   {"input_color", color},
-                   {"output", graph.output}};
+    graph.views.insert({{"collected", seen},
+                        {"details", details},
+                        {"input_motion", motion},
+                        {"input_depth", depth},
+                        {"input_color", color},
+                        {"output", graph.output}});
     return graph;
 }
 
