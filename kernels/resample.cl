@@ -1,9 +1,11 @@
 // Separable filters without a network: HR pixel (X, Y) from render index coordinate (X + 1/2) / s - 1/2 - J, for any
-// real s, clamped to [0, 1].
+// real s above 0.
 //
 // Options: IN_*, OUT_* (layouts), SCALE, SCALE_REST (s as the sum of two floats), SHIFT_X, SHIFT_Y (the jitter, as an
-// expression in `frame`), TAPS (along each axis: 1 nearest, 2 bilinear, 4 Keys' bicubic, 6 Lanczos-3), STORE_HALF.
+// expression in `frame`), CLAMPED (to [0, 1]; 0 or 1), TAPS (along each axis: 1 nearest, 2 bilinear, 4 Keys' bicubic, 6
+// Lanczos-3), STORE_HALF.
 
+#define MADE(v) (CLAMPED ? clamp((v), 0.0f, 1.0f) : (v))
 #define FIRST_TAP (1 - (TAPS + 1) / 2)  // counted from the whole part of the coordinate
 
 // sinc(t) of |t| <= 1, sin(pi t) / (pi t) as a series in (pi t)².
@@ -66,14 +68,14 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample(Sizes 
             }
             sum += along_y[j] * line;
         }
-        STORE_CHANNELS(OUT, clamp(sum, 0.0f, 1.0f), out, x, y, c);
+        STORE_CHANNELS(OUT, MADE(sum), out, x, y, c);
     }
 }
 
 // For devices that make vectors of what a work-item says is one: a strip of PIXELS × ROWS pixels, each row filtered
-// along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants one channel or
-// three, and source pixels of four elements; SPAN source pixels, up to MOST_SPAN, are under a row of the strip and its
-// taps.
+// along y first, whole vectors of source pixels at a time. The weights along x serve all rows. Wants one channel,
+// three or four, and source pixels of four elements; SPAN source pixels, up to MOST_SPAN, are under a row of the strip
+// and its taps.
 #ifdef PIXELS
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(Sizes given, global const storage* in,
@@ -120,7 +122,11 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void resample_strip(
             float4 sum = along_x[i][0] * source[place[i]];
 #pragma unroll
             for (int tap = 1; tap < TAPS; ++tap) sum = MAD(along_x[i][tap], source[place[i] + tap], sum);
-            STORE_ONE_OR_THREE(OUT, clamp(sum, 0.0f, 1.0f), out, x0 + i, y0 + row);
+            const float4 made = MADE(sum);
+            if (OUT_CHANNELS == 4 || OUT_BLOCK > 1)
+                STORE_CHANNELS(OUT, made, out, x0 + i, y0 + row, 0);
+            else
+                STORE_ONE_OR_THREE(OUT, made, out, x0 + i, y0 + row);
         }
     }
 }

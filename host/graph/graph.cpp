@@ -85,6 +85,11 @@ Value Graph::resample(Value image, Filter filter, double scale, Size size, Shift
     return add(Resample{filter, scale, shift}, {image}, {shape(image).channels, size.height, size.width}, "resample");
 }
 
+Value Graph::resample_freely(Value image, double scale, Size size, std::string name) {
+    return add(Resample{Filter::bicubic, scale, Shift::none, false}, {image},
+               {shape(image).channels, size.height, size.width}, std::move(name));
+}
+
 Value Graph::fit(Value image, Size size, std::string name) {
     const Shape in = shape(image);
     const auto reaches = [](int from, int to) { return to <= kMostFitRatio * from && from <= kMostFitRatio * to; };
@@ -158,12 +163,15 @@ Value Graph::believed(Value range) {
 }
 
 Value Graph::hold(Value image, Value color, Value history, int scale) {
-    const Value allowed = range(color, history, scale);
-    const Value low = tiles(slice(allowed, 0, 3), scale), high = tiles(slice(allowed, 3, 3), scale);
+    return hold(image, history, range(color, history, scale), [&](Value value) { return tiles(value, scale); });
+}
+
+Value Graph::hold(Value image, Value history, Value range, const std::function<Value(Value)>& spread) {
+    const Value low = spread(slice(range, 0, 3)), high = spread(slice(range, 3, 3));
     const auto lesser = [&](Value a, Value b) { return pointwise(Step::Function::minimum, a, b, "hold"); };
     const auto greater = [&](Value a, Value b) { return pointwise(Step::Function::maximum, a, b, "hold"); };
     const Value inside = lesser(greater(history, low), high);
-    const Value seen = mix(history, inside, tiles(believed(allowed), scale), "hold");
+    const Value seen = mix(history, inside, spread(believed(range)), "hold");
     return lesser(greater(image, lesser(seen, low)), greater(seen, high));
 }
 

@@ -106,6 +106,8 @@ class Graph {
     Value upsample(Value image, int scale, Shift shift, std::string name);
     Value upsample_motion(Value motion, int scale, std::string name);
     Value resample(Value image, Filter filter, double scale, Size output_size, Shift shift = Shift::jitter);
+    /// By Keys' bicubic, without jitter, of any values.
+    Value resample_freely(Value image, double scale, Size output_size, std::string name);
     Value fit(Value image, Size size, std::string name);
     Value easu(Value color, double scale, Size output_size);
     Value rcas(Value color, float sharpness);
@@ -119,6 +121,8 @@ class Graph {
     Value believed(Value range);
     /// hold(image; colour, history) of docs/history.md.
     Value hold(Value image, Value color, Value history, int scale);
+    /// The same by a `range` that is known, of whose pixels and `believed` ones spread(value) makes the output's.
+    Value hold(Value image, Value history, Value range, const std::function<Value(Value)>& spread);
     Value landed_source(Value motion, Value depth, Value landed_depth, float share);
     Value middle_motion(Value motion, Value depth, Value landed_source);
     Value between(Value middle, Value color, Value previous, double scale);

@@ -74,11 +74,13 @@ struct UpsampleMotion {
 enum class Filter { nearest, bilinear, bicubic, lanczos };
 double operations_an_element(Filter filter);
 
-/// An image by a filter at any real scale, clamped to [0, 1]. Input: an image of values in [0, 1].
+/// An image by a filter at any real scale above 0; below 1 nothing is averaged. Input: an image, of values in [0, 1]
+/// where the result is clamped to that.
 struct Resample {
     Filter filter;
     double scale;
     Shift shift = Shift::jitter;
+    bool clamped = true;
     Traits traits() const { return {Memory::own, Stored::image, Pixels::all, kAnyRows, operations_an_element(filter)}; }
 };
 

@@ -38,7 +38,7 @@ Planes expected_resampling(const Planes& image, const graph::Resample& resample,
         for (const auto& [row, row_weight] : taps_around(resample.filter, v, in.height))
             for (const auto& [column, column_weight] : taps_around(resample.filter, u, in.width))
                 sum += row_weight * column_weight * image.at(c, column, row);
-        return static_cast<float>(std::clamp(sum, 0.0, 1.0));
+        return static_cast<float>(resample.clamped ? std::clamp(sum, 0.0, 1.0) : sum);
     });
 }
 
@@ -64,10 +64,11 @@ void check_resampling(graph::Shape in, graph::Resample resample, Storage storage
     runtime::Problem problem;
     problem.node = {resample, {}, expected.shape, "resample"};
     // As images come from ingest, or as a part of something.
-    problem.inputs = {block == 1 ? part_layout(in, storage, 1, in.channels <= 3 ? 4 : in.channels + 4, 0)
-                                 : part_layout(in, storage, 1, 7, 2)};
+    problem.inputs = {block == 1 || in.channels == 4
+                          ? part_layout(in, storage, 1, in.channels <= 4 ? 4 : in.channels + 4, 0)
+                          : part_layout(in, storage, 1, in.channels + 4, 2)};
     problem.output = block == 1 ? pixel_layout(expected.shape, storage)
-                                : part_layout(expected.shape, storage, block, 3 * block * block + 8, 4);
+                                : part_layout(expected.shape, storage, block, in.channels * block * block + 8, 4);
     check_operator(problem, {image}, frame, expected, 2 * storage_tolerance(storage));
 }
 
@@ -89,6 +90,11 @@ TEST_CASE("filters at any scale") {
             check_resampling({5, 6, 7}, {filter, 3, graph::Shift::none}, Storage::f32);
             check_resampling({3, 19, 37}, {filter, 2, graph::Shift::none}, Storage::f16);
             check_resampling({3, 19, 37}, {filter, 3, graph::Shift::motion_jitter}, Storage::f32);
+            check_resampling({3, 40, 90}, {filter, 2.0 / 3, graph::Shift::none}, Storage::f32);
+            check_resampling({4, 15, 21}, {filter, 4.0 / 3, graph::Shift::none, false}, Storage::f32);
+            check_resampling({4, 15, 21}, {filter, 4.0 / 3, graph::Shift::none, false}, Storage::f16, 4);
+            check_resampling({3, 20, 36}, {filter, 0.75, graph::Shift::none, false}, Storage::f32);
+            check_resampling({3, 20, 36}, {filter, 0.3, graph::Shift::none, false}, Storage::f16);
         }
     });
 }
@@ -99,6 +105,8 @@ TEST_SUITE("small") {
             for (const auto filter : kFilters) {
                 check_resampling({3, 1, 1}, {filter, 2}, Storage::f32);
                 check_resampling({3, 3, 4}, {filter, 1.3}, Storage::f32);
+                check_resampling({4, 3, 4}, {filter, 1.3, graph::Shift::none, false}, Storage::f32);
+                check_resampling({3, 3, 4}, {filter, 0.5, graph::Shift::none, false}, Storage::f32);
             }
         });
     }
