@@ -1,4 +1,5 @@
-// trust(D, c, s) of docs/fsr2.md: how far the history around a sample is to be believed, from 0 to 1.
+// trust(D, c, s) of docs/fsr2.md: how far the history around a sample is to be believed, from 0 to 1. In a reset frame
+// all vectors are invalid.
 //
 // Options: RESIDUAL_*, OUT_* (layouts of one storage), MOTION_* (float), SCALE (as the sum of two floats: SCALE_REST),
 // STRIP (pixels of a row to a work-item), STORE_HALF.
@@ -19,7 +20,8 @@ typedef struct {
     float least_x, least_y, most_x, most_y;
 } Column;
 
-INLINE Column column_at(const Sizes* sizes, global const storage* residual, global const float* motion, int x, int y) {
+INLINE Column column_at(const Sizes* sizes, global const storage* residual, global const float* motion, int reset,
+                        int x, int y) {
     Column sums = {0, 0, 0, 0, FAR, FAR, -FAR, -FAR};
     const int column = clamp(x, 0, OUT_WIDTH - 1);
 #pragma unroll
@@ -32,7 +34,7 @@ INLINE Column column_at(const Sizes* sizes, global const storage* residual, glob
         sums.narrow_squares += sample * sample;
         const int row = clamp(y + j, 0, OUT_HEIGHT - 1);
         const float vector_x = motion[AT(MOTION, column, row, 0)], vector_y = motion[AT(MOTION, column, row, 1)];
-        const int valid = is_finite(vector_x) && is_finite(vector_y);
+        const int valid = !reset && is_finite(vector_x) && is_finite(vector_y);
         sums.least_x = valid ? fmin(sums.least_x, vector_x) : -FAR;
         sums.least_y = valid ? fmin(sums.least_y, vector_y) : -FAR;
         sums.most_x = valid ? fmax(sums.most_x, vector_x) : FAR;
@@ -49,13 +51,13 @@ INLINE float chance(float4 sum, float4 squares, float count, float allowed_devia
            (((variance.x + variance.y + variance.z) / count + ALLOWED) * allowed_deviations * allowed_deviations);
 }
 
-INLINE float trust_in(const Sizes* sizes, const Column* c, float2 vector) {
+INLINE float trust_in(const Sizes* sizes, const Column* c, float2 vector, int reset) {
     const float4 narrow = c[1].narrow + c[2].narrow + c[3].narrow;
     const float4 narrow_squares = c[1].narrow_squares + c[2].narrow_squares + c[3].narrow_squares;
     const float4 wide = c[0].wide + c[1].wide + c[2].wide + c[3].wide + c[4].wide;
     const float4 wide_squares =
         c[0].wide_squares + c[1].wide_squares + c[2].wide_squares + c[3].wide_squares + c[4].wide_squares;
-    const int valid = is_finite(vector.x) && is_finite(vector.y);
+    const int valid = !reset && is_finite(vector.x) && is_finite(vector.y);
     const float length = valid ? sqrt(vector.x * vector.x + vector.y * vector.y) : 0;
     const float still = fmax(1 - 4 * SCALE * length, 0.0f);
     const float doubt = mix(chance(narrow, narrow_squares, 9, NARROW), chance(wide, wide_squares, 25, WIDE), still);
@@ -69,17 +71,17 @@ INLINE float trust_in(const Sizes* sizes, const Column* c, float2 vector) {
 
 kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void trust(Sizes given, global const storage* residual,
                                                                        global const float* motion,
-                                                                       global storage* restrict out) {
+                                                                       global storage* restrict out, Frame frame) {
     TAKE(sizes);
     const int y = ROW_ITEM(1), first = (int)get_global_id(0) * STRIP;
     if (y >= OUT_HEIGHT) return;
     Column columns[5];
-    for (int i = 0; i < 4; ++i) columns[i + 1] = column_at(sizes, residual, motion, first - 2 + i, y);
+    for (int i = 0; i < 4; ++i) columns[i + 1] = column_at(sizes, residual, motion, frame.reset, first - 2 + i, y);
     for (int x = first; x < min(first + STRIP, OUT_WIDTH); ++x) {
 #pragma unroll
         for (int i = 0; i < 4; ++i) columns[i] = columns[i + 1];
-        columns[4] = column_at(sizes, residual, motion, x + 2, y);
+        columns[4] = column_at(sizes, residual, motion, frame.reset, x + 2, y);
         const float2 vector = (float2)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)]);
-        STORE(trust_in(sizes, columns, vector), out, AT(OUT, x, y, 0));
+        STORE(trust_in(sizes, columns, vector, frame.reset), out, AT(OUT, x, y, 0));
     }
 }

@@ -206,6 +206,11 @@ void check_all(const Case& test) {
     problem.output = part_layout(problem.node.shape, test.storage, 1, 1, 0);
     check_operator(problem, {residual, motion}, test.frame(), expected_trust(residual, motion, test.scale),
                    test.tolerance(2e-5f));
+    runtime::FrameConstants reset = test.frame();
+    reset.reset = 1;
+    const Planes nowhere = planes(motion.shape, [](int, int, int) { return kNan; });
+    check_operator(problem, {residual, motion}, reset, expected_trust(residual, nowhere, test.scale),
+                   test.tolerance(2e-5f));
 
     const Planes trust = rounded(random_planes(test.render_shape(1), random), test.storage);
     // Where a vector is of no use there is no history.

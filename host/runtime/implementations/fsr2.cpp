@@ -27,7 +27,8 @@ Lowered lower_trust(const Problem& problem, const Choices& choices) {
     add_images(call, {{"RESIDUAL", problem.inputs[0]}, {"OUT", problem.output}});
     add_tensor(call, "MOTION", problem.inputs[1]);
     add_scale(call, std::get<graph::Trust>(problem.node.op).scale);
-    call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
+    call.arguments = {
+        {ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}, {ArgumentKind::frame}};
     call.global = strips(problem.output, choices);
     call.local = group_size(choices);
     return {std::move(call), std::nullopt};
