@@ -14,7 +14,7 @@ graph::Graph at_whole_scale(const io::Safetensors& model, double scale, Size ren
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
-        {"clarus", 2, 4, at_whole_scale<build_clarus>},
+        {"clarus", 1, 4, build_clarus, true, {}, {}, true, {2, 3, 4}},
         {"enss", 2, 4, at_whole_scale<build_enss>},
         {"mnss", 2, 3, at_whole_scale<build_mnss>},
         {"nsrr", 2, 6, at_whole_scale<build_nsrr>, false, {}, nsrr_options()},
@@ -29,6 +29,11 @@ std::span<const Pipeline> pipelines() {
 bool takes_jitter_out(std::string_view name) {
     return std::ranges::none_of(
         pipelines(), [&](const Pipeline& pipeline) { return pipeline.name == name && !pipeline.takes_jitter_out; });
+}
+
+std::span<const double> turning_points(std::string_view name) {
+    const auto found = std::ranges::find(pipelines(), name, &Pipeline::name);
+    return found == pipelines().end() ? std::span<const double>() : found->turning_points;
 }
 
 std::span<const FilterPipeline> filters() {

@@ -27,11 +27,16 @@ struct Pipeline {
     std::vector<PipelineOption> options = {};
     /// Whether results are those of frames without jitter.
     bool takes_jitter_out = true;
+    /// Of one for any scale: scales up to which graphs have the same nodes, which they have not from there on; nor at
+    /// them.
+    std::vector<double> turning_points = {};
 };
 
 std::span<const Pipeline> pipelines();
 /// Pipeline::takes_jitter_out of the one of this name; true of filters.
 bool takes_jitter_out(std::string_view name);
+/// Pipeline::turning_points of the one of this name; filters have none.
+std::span<const double> turning_points(std::string_view name);
 
 /// Errors: file, of metadata whose key is nearly that of one that the file lacks.
 void refuse_misspelt_metadata(const io::Safetensors& model);
@@ -60,7 +65,7 @@ struct FilterPipeline {
 std::span<const FilterPipeline> filters();
 
 // One folder each.
-graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
+graph::Graph build_clarus(const io::Safetensors& model, double scale, Size render, const PipelineOptions& options);
 graph::Graph build_enss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_nsrr(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);
 graph::Graph build_mnss(const io::Safetensors& model, int scale, Size render, const PipelineOptions& options);

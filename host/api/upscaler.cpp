@@ -26,14 +26,40 @@ namespace {
 // docs/pipelines.md, "Jitter-conditioned kernels": what is farther than this from every table entry is said.
 constexpr double kTrainedJitterDistance = 0.01;
 
-/// Render sizes of which a model makes the output size, or a little less along one axis or both: there, the result is
-/// shown as it is, or resampled by other kernels than where it is larger.
+/// Just larger than what a scale makes the output size of: the first render size of which a model of any scale makes
+/// just that, and the first of which it does not.
+std::vector<Size> sizes_below(double scale, const Model& model, Size output) {
+    std::vector<Size> sizes;
+    for (const bool exact : {true, false})
+        for (int width = static_cast<int>(output.width / scale) + 1; width < output.width; ++width) {
+            const auto height =
+                static_cast<int>(std::lround(static_cast<double>(width) * output.height / output.width));
+            const ModelSizes made = model_sizes(model, {width, std::max(height, 1)}, output);
+            if (!(made.scale < scale) || (made.own == output) != exact) continue;
+            sizes.push_back({width, std::max(height, 1)});
+            break;
+        }
+    return sizes;
+}
+
+/// Render sizes where a model's graph has other nodes: of which it makes the output size, or a little less along one
+/// axis or both, for there the result is shown as it is, or resampled by other kernels than where it is larger; and at
+/// its pipeline's turning points and a little below them.
 std::vector<Size> sizes_around(const Model& model, const std::optional<Size>& output) {
     if (!output) return {};
-    const auto side = [&](int pixels) { return static_cast<int>(std::lround(pixels / model.scale())); };
-    const Size exact{side(output->width), side(output->height)};
-    return {
+    const auto size = [&](double scale) {
+        return Size{static_cast<int>(std::lround(output->width / scale)),
+                    static_cast<int>(std::lround(output->height / scale))};
+    };
+    const Size exact = size(model.scale());
+    std::vector<Size> sizes{
         exact, {exact.width - 1, exact.height - 1}, {exact.width - 1, exact.height}, {exact.width, exact.height - 1}};
+    for (const double scale : pipelines::turning_points(model.pipeline())) {
+        sizes.push_back(size(scale));
+        const std::vector<Size> below = sizes_below(scale, model, *output);
+        sizes.insert(sizes.end(), below.begin(), below.end());
+    }
+    return sizes;
 }
 
 runtime::PlanOptions plan_options(const UpscalerOptions& options) {

@@ -1,8 +1,13 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "base/error.h"
+#include "base/rounding.h"
 #include "pipelines/history.h"
 #include "pipelines/layer.h"
 #include "pipelines/pipeline.h"
@@ -18,11 +23,22 @@ using graph::Parameters;
 using graph::Resource;
 using graph::Value;
 
-/// The layers of a file, as many as it has weights or biases for: two at least.
-int layer_count(const io::Safetensors& model) {
+/// Whole scales that a file may hold a network for: `x2`, …. The least that reaches a scale is the one of its network.
+constexpr int kSmallestGrid = 2, kLargestGrid = 4;
+
+int grid_of(const io::Safetensors& model, double scale) {
+    const auto has = [&](int grid) { return model.has(fmt::format("x{}.0.weight", grid)); };
+    for (int grid = kSmallestGrid; grid <= kLargestGrid; ++grid)
+        if (grid >= scale && has(grid)) return grid;
+    fail(ErrorKind::file, "{}: no network for a scale of {}: tensor x{}.0.weight is missing", model.path().string(),
+         scale, std::max(kSmallestGrid, static_cast<int>(std::ceil(scale))));
+}
+
+/// As many as the file has weights or biases for: two at least.
+int layer_count(const io::Safetensors& model, const std::string& network) {
     const auto count = [&](std::string_view kind) {
         return static_cast<int>(std::ranges::count_if(model.tensors(), [&](const auto& entry) {
-            return entry.first.starts_with("layers.") && entry.first.ends_with(kind);
+            return entry.first.starts_with(network + ".") && entry.first.ends_with(kind);
         }));
     };
     return std::max({count(".weight"), count(".bias"), 2});
@@ -30,8 +46,10 @@ int layer_count(const io::Safetensors& model) {
 
 }  // namespace
 
-graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, const PipelineOptions&) {
-    const Size output{render.width * scale, render.height * scale};
+graph::Graph build_clarus(const io::Safetensors& model, double scale, Size render, const PipelineOptions&) {
+    const int grid = grid_of(model, scale);
+    const Size output = scaled(render, scale), size_on_grid{render.width * grid, render.height * grid};
+    const bool resampled = scale != grid;
     Graph graph;
     const Value color = graph.input(Resource::color, render);
     const Value depth = graph.input(Resource::depth, render);
@@ -41,19 +59,30 @@ graph::Graph build_clarus(const io::Safetensors& model, int scale, Size render, 
     const auto [trust, collected] = collected_history(graph, color, depth, motion, scale, output);
 
     // Steps 2 and 3.
+    const Value on_grid =
+        resampled ? graph.resample_freely(collected, grid / scale, size_on_grid, "collected on the grid") : collected;
     Value x = graph.concat({color, graph.plane(FrameScalar::jitter_x, render),
-                            graph.plane(FrameScalar::jitter_y, render), trust, graph.space_to_depth(collected, scale)},
+                            graph.plane(FrameScalar::jitter_y, render), trust, graph.space_to_depth(on_grid, grid)},
                            "network input");
-    const int layers = layer_count(model);
+    const std::string network = fmt::format("x{}", grid);
+    const int layers = layer_count(model, network);
     for (int layer = 0; layer < layers; ++layer) {
         const bool last = layer + 1 == layers;
-        Parameters weights = read_layer(model, "layers." + std::to_string(layer), last ? 3 * scale * scale : kAny,
+        Parameters weights = read_layer(model, fmt::format("{}.{}", network, layer), last ? 3 * grid * grid : kAny,
                                         graph.shape(x).channels);
         x = graph.convolution(x, std::move(weights), last ? Activation::none : Activation::relu,
                               "convolution " + std::to_string(layer + 1));
     }
-    const Value details = graph.depth_to_space(x, scale), seen = graph.slice(collected, 0, 3);
-    graph.output = graph.hold(graph.sum(seen, details, "output"), color, seen, scale);
+    Value details = graph.depth_to_space(x, grid);
+    if (resampled) details = graph.resample_freely(details, scale / grid, output, "details");
+
+    // Step 4.
+    const Value seen = graph.slice(collected, 0, 3), free = graph.sum(seen, details, "output");
+    const auto spread = [&](Value value) {
+        return resampled ? graph.resample(value, graph::Filter::nearest, scale, output, graph::Shift::none)
+                         : graph.tiles(value, grid);
+    };
+    graph.output = graph.hold(free, seen, graph.range(color, on_grid, grid), spread);
 
     graph.views.insert({{"collected", seen},
                         {"details", details},

@@ -15,16 +15,19 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 HELD_OUT = os.path.join(HERE, "held_out.json")
 FILTERS = ["nearest", "bilinear", "bicubic", "lanczos", "fsr1"]
 RENDERED = {  # as make_data.py takes it
+    "x1.5": ["--scale", "1.5", "--size", "512x288"],
     "x2": ["--scale", "2"],
     "x3": ["--scale", "3", "--size", "256x144"],
     "x4": ["--scale", "4", "--size", "192x108"],
     "mnss-x2": ["--scale", "2", "--jitter", "mnss"],
     "mnss-x3": ["--scale", "3", "--size", "256x144", "--jitter", "mnss"],
 }
+ANY = ["fsr2", "clarus-s", "clarus-m"]  # of any scale
 SHIPPED = {  # what works in time, and so is judged by what moves
-    "x2": ["fsr2", "clarus-m-x2", "enss-s-x2", "enss-m-x2", "enss-l-x2", "nsrr-x2"],
-    "x3": ["fsr2", "clarus-m-x3", "enss-s-x3", "enss-m-x3", "enss-l-x3"],
-    "x4": ["fsr2", "clarus-m-x4", "enss-s-x4", "enss-m-x4", "enss-l-x4", "nsrr-fast-x4", "nsrr-x4"],
+    "x1.5": ANY,
+    "x2": [*ANY, "enss-s-x2", "enss-m-x2", "enss-l-x2", "nsrr-x2"],
+    "x3": [*ANY, "enss-s-x3", "enss-m-x3", "enss-l-x3"],
+    "x4": [*ANY, "enss-s-x4", "enss-m-x4", "enss-l-x4", "nsrr-fast-x4", "nsrr-x4"],
     "mnss-x2": ["mnss-x2"],
     "mnss-x3": ["mnss-x3"],
 }

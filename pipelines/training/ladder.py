@@ -2,7 +2,7 @@
 """Trains every shipped model, in order: ladder.py LADDER DATA RUNS [--only NAME...] [--scale-hours F] [--processes N] [--dry-run].
 
 LADDER is a list of runs, as ladder.json: `name`, `arguments` of clarus_training.train, `hours`, where it has one `grow`,
-the run whose checkpoint it starts from, and `data`, its folder within DATA ("x2" unless told). Run NAME is trained in
+the run whose checkpoint it starts from, and `data`, its folders within DATA ("x2" unless told). Run NAME is trained in
 RUNS/NAME. What is finished is left alone, what was interrupted goes on: give the command again after any end, an interrupt
 included.
 """
@@ -24,7 +24,8 @@ class Run:
         self.hours = facts["hours"] * share
         self.output = os.path.join(runs, self.name)
         words = [sys.executable, "-m", "clarus_training.train", *facts["arguments"].split(), *COMMON]
-        words += ["--data", os.path.join(data, facts.get("data", "x2")), "--output", self.output]
+        folders = facts.get("data", "x2").split()
+        words += ["--data", *(os.path.join(data, folder) for folder in folders), "--output", self.output]
         words += ["--hours", str(self.hours), "--resume"]
         if self.grow:
             words += ["--grow", os.path.join(runs, self.grow, "checkpoint.pt")]

@@ -304,14 +304,22 @@ TEST_CASE("after a cut, frames of another size are those of an upscaler of that 
 TEST_CASE("with an output size, it stays while the render size changes") {
     UpscalerOptions options = dynamic_options();
     const Model network = Model::load(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors");
-    for (const auto& [model, size] :
-         {std::pair(Model::find("bicubic", 2), Size{48, 36}), {network, {48, 36}}, {network, {40, 30}}}) {
+    const Model of_any_scale = Model::load(CLARUS_GOLDEN_DIR "/clarus_x2.5.model.safetensors", 2);
+    for (const auto& [model, size] : {std::pair(Model::find("bicubic", 2), Size{48, 36}),
+                                      {network, {48, 36}},
+                                      {network, {40, 30}},
+                                      {of_any_scale, {48, 36}},
+                                      {of_any_scale, {60, 45}}}) {
         options.output_size = size;
         Upscaler upscaler(test_device(), model, {24, 18}, options);
         CHECK(upscaler.output_size({13, 9}) == size);
         submitted(upscaler, {24, 18}, 1);
         const int compiled = test_device().context().programs_compiled();
-        for (const Size render : {Size{12, 9}, {20, 15}, {20, 18}, {19, 15}, {24, 13}, {24, 18}, {13, 9}}) {
+        for (const Size render : {Size{12, 9}, {20, 15}, {20, 18}, {19, 15}, {24, 13}, {24, 18}, {16, 12}, {13, 9}}) {
+            CAPTURE(render.width);
+            CAPTURE(render.height);
+            CAPTURE(size.width);
+            CAPTURE(model.pipeline());
             const Pixels output = submitted(upscaler, render, 1);
             CHECK(std::all_of(output.begin(), output.end(), [](float value) { return std::isfinite(value); }));
             CHECK(test_device().context().programs_compiled() == compiled);

@@ -176,7 +176,7 @@ TEST_SUITE("small") {
         profile.local_memory = 1 << 16;
         profile.max_work_group_size = 256;
         const auto select = [&](const Problem& problem) { return built_in_selection(problem, profile); };
-        for (const char* name : {"clarus-m-x2", "enss-m-x2", "nsrr-x2", "mnss-x2", "fsr2"}) {
+        for (const char* name : {"clarus-m", "enss-m-x2", "nsrr-x2", "mnss-x2", "fsr2"}) {
             CAPTURE(name);
             const graph::Graph graph = build_graph(Model::find(name, 2), {3840, 2160}, {7680, 4320}, {});
             for (const DeviceClass device_class : {DeviceClass::cpu, DeviceClass::gpu}) {

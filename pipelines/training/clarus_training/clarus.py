@@ -7,8 +7,10 @@ import torch.nn.functional as F
 from . import fsr2, history, model_file, operators
 from .layers import convolutions, linear_at_last
 
+GRIDS = [2, 3, 4]  # the least that reaches a scale is the one of its network
 SIZES = {"s": (16, 1), "m": (32, 3)}  # name: (features, middle layers)
 CLIPS = [2]
+ABLATIONS = ("differences", "color", "jitter", "trust", "weights")  # the last four: 0 in their place
 RATE = 1e-3
 SMALL = 0.05  # of the learning rate, of the last layer: what it makes are small corrections
 STEADY = 2  # of changes where the reference has none
@@ -34,9 +36,9 @@ class Conditioned(nn.Conv2d):
         return F.conv2d(x, self.plain, self.bias, padding=1)
 
 
-def conditions(scale):
+def conditions(grid):
     """Of colour, jitter, trust and the history's pixels: colours as differences from their mean, and that mean."""
-    squared = scale * scale
+    squared = grid * grid
     result = torch.eye(6 + 4 * squared)
     mean = torch.zeros(3, len(result))
     for c in range(3):
@@ -49,32 +51,59 @@ def conditions(scale):
 
 
 class Clarus(nn.Module):
-    """Its state is fsr2's: what was sampled, and the weight of it. What the network adds is never sampled again."""
+    """Its state is fsr2's: what was sampled, and the weight of it. What the network adds is never sampled again.
+
+    `shapes` are (features, middle layers) by the grid that a network is for. `scale` may be any real one up to the
+    largest grid; of a network for "any" it is whatever is asked of it next.
+    """
 
     pipeline = "clarus"
     collects = True  # its frames come with what fsr2 has made of them, where that is known
 
-    def __init__(self, scale, features, middle, conditioned=False):
+    def __init__(self, scale, shapes, conditioned=False, without=()):
         super().__init__()
-        self.scale, squared = scale, scale * scale
-        self.layers = convolutions(6 + 4 * squared, *[features] * (1 + middle), 3 * squared)
-        if conditioned:
-            self.layers[0] = Conditioned(conditions(scale), features)
+        self.without = tuple(without)
+        self.any_scale = scale == "any"
+        self.scale, self.grids = min(shapes) if self.any_scale else scale, sorted(shapes)
+        for grid, (features, middle) in shapes.items():
+            layers = convolutions(6 + 4 * grid * grid, *[features] * (1 + middle), 3 * grid * grid)
+            if conditioned:
+                layers[0] = Conditioned(conditions(grid), features)
+            self.add_module(f"x{grid}", layers)
+
+    @property
+    def grid(self):
+        """That of the network for `scale`."""
+        return next(grid for grid in self.grids if grid >= self.scale)
+
+    @property
+    def layers(self):
+        return getattr(self, f"x{self.grid}")
 
     def ahead(self, frames):
         return [None] * len(frames)
 
     def step(self, frame, state=None, ahead=None, inside=None):
-        s, color = self.scale, frame.color
+        s, grid, color = self.scale, self.grid, frame.color
         if frame.collected is not None:
             collected, trust = frame.collected, frame.trust
         else:
             collected, trust = fsr2.step(frame, state, s)
         planes = color.new_tensor(frame.jitter)[:, None, None].expand(len(color), 2, *color.shape[2:])
-        seen = torch.cat((color, planes, trust, operators.space_to_depth(collected, s)), dim=1)
-        details = operators.depth_to_space(self.network(seen).to(color.dtype), s)
+        on_grid, whole = collected, None
+        if s != grid:
+            on_grid = operators.keys_resample(collected, grid / s, [grid * side for side in color.shape[2:]])
+            whole = on_grid[:, :3], grid
+        parts = dict(color=color, jitter=planes, trust=trust, history=on_grid[:, :3], weights=on_grid[:, 3:])
+        parts.update((name, torch.zeros_like(parts[name])) for name in self.without if name in parts)
+        on_grid = torch.cat((parts["history"], parts["weights"]), dim=1)
+        frame_and_trust = (parts["color"], parts["jitter"], parts["trust"])
+        seen = torch.cat((*frame_and_trust, operators.space_to_depth(on_grid, grid)), dim=1)
+        details = operators.depth_to_space(self.network(seen).to(color.dtype), grid)
+        if s != grid:
+            details = operators.keys_resample(details, s / grid, collected.shape[2:])
         free = collected[:, :3] + details
-        output = history.hold(free, color, collected[:, :3], s)
+        output = history.hold(free, color, collected[:, :3], s if whole else grid, whole)
         if inside is not None:
             inside.update(collected=collected, trust=trust, details=details, excess=free - output)
         return output, collected
@@ -83,18 +112,23 @@ class Clarus(nn.Module):
         return linear_at_last(self.layers, seen)
 
 
+def serves(asked, scale):
+    """A network learns at the scales that it is used for."""
+    return asked - 1 < scale <= asked
+
+
 def shape(arguments):
     if arguments.size not in SIZES:
         raise SystemExit("a network of pipeline clarus is of --size s or m")
     if arguments.events:
         raise SystemExit("--events: what fsr2 makes of sequences is computed once, without events")
     features, middle = SIZES[arguments.size]
-    return dict(scale=arguments.scale, features=features, middle=middle)
+    return dict(scale=arguments.scale, features=features, middle=middle, without=arguments.without)
 
 
-def create(scale, features, middle):
+def create(scale, features, middle, without=()):
     """A network to be trained; it starts as fsr2."""
-    network = Clarus(scale, features, middle, conditioned=True)
+    network = Clarus(scale, {scale: (features, middle)}, "differences" not in without, without)
     for layer in network.layers:
         nn.init.kaiming_normal_(layer.weight, nonlinearity="relu")
         nn.init.zeros_(layer.bias)
@@ -102,8 +136,24 @@ def create(scale, features, middle):
     return network
 
 
+def joined(networks):
+    """One for any scale, of those of every grid."""
+    shapes = {}
+    for each in networks:
+        if each.grid in shapes:
+            raise SystemExit(f"--join: two networks of scale {each.grid}")
+        shapes[each.grid] = (each.layers[0].out_channels, len(each.layers) - 2)
+    if sorted(shapes) != GRIDS:
+        raise SystemExit(f"--join: a network of each of the scales {GRIDS} makes one of any, not of {sorted(shapes)}")
+    result = Clarus("any", shapes, conditioned=True)
+    for each in networks:
+        getattr(result, f"x{each.grid}").load_state_dict(each.layers.state_dict())
+    return result
+
+
 def adopt(network, trained):
-    """The weights of a model file's network, as a state of `network`."""
+    """The weights of a model file's network for the same grid, as a state of `network`."""
+    trained.scale = network.scale
     if [each.bias.shape for each in network.layers] != [each.bias.shape for each in trained.layers]:
         raise SystemExit("--start: a network of another shape")
     network.layers[0].set_plain(trained.layers[0].weight)
@@ -122,6 +172,7 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
     """Squared error, and change from frame to frame where the reference has none; of every frame alike, whatever fsr2's
     error in it is. Or the criterion's of the outputs.
     """
+    network.scale = reference.shape[-1] / frames[0].color.shape[-1]
     inside = [{} for _ in frames]
     outputs = torch.stack([network.step(frame, inside=seen)[0] for frame, seen in zip(frames, inside)])
     if criterion is not None:
@@ -135,14 +186,21 @@ def loss(network, frames, reference, criterion=None, progress=1.0):
 
 
 def model_tensors(network, jitters=None, mlp=False, half=False):
-    tensors, metadata = model_file.plain_tensors(network, half)
-    if isinstance(network.layers[0], Conditioned):
-        tensors["layers.0.weight"] = model_file.rounding(half)(network.layers[0].plain)
+    scale = {"scale": "any"} if network.any_scale else {}
+    tensors, metadata = model_file.plain_tensors(network, half, scale)
+    for grid in network.grids:
+        first = getattr(network, f"x{grid}")[0]
+        if isinstance(first, Conditioned):
+            tensors[f"x{grid}.0.weight"] = model_file.rounding(half)(first.plain)
     return tensors, metadata
 
 
 def load_model(tensors, metadata):
-    middle = sum(name.endswith(".bias") for name in tensors) - 2
-    network = Clarus(int(metadata["scale"]), len(tensors["layers.0.bias"]), middle)
+    shapes = {}
+    for grid in GRIDS:
+        biases = [tensors[name] for name in tensors if name.startswith(f"x{grid}.") and name.endswith(".bias")]
+        if biases:
+            shapes[grid] = (len(tensors[f"x{grid}.0.bias"]), len(biases) - 2)
+    network = Clarus(metadata["scale"] if metadata["scale"] == "any" else float(metadata["scale"]), shapes)
     network.load_state_dict(tensors)
     return network

@@ -4,7 +4,7 @@ import argparse
 
 import torch
 
-from . import model_file, operators, quantized
+from . import clarus, model_file, operators, quantized
 from .pipelines import PIPELINES
 
 
@@ -46,6 +46,9 @@ def main():
     parser.add_argument(
         "--mix", nargs=2, metavar=("CHECKPOINT", "SHARE"), help="weights that much nearer those of a later training"
     )
+    parser.add_argument(
+        "--join", nargs="+", metavar="CHECKPOINT", help="clarus: those of the other scales, for one model of any scale"
+    )
     parser.add_argument("--mlp", action="store_true", help="also write the MLP, for jitters the table does not have")
     parser.add_argument("--float32", action="store_true", help="store weights in single precision, not in half")
     arguments = parser.parse_args()
@@ -60,6 +63,11 @@ def main():
         if not same_shape(network.state_dict(), other.state_dict()):
             raise SystemExit(f"--mix {arguments.mix[0]}: a network of another shape")
         mix(network, other, float(arguments.mix[1]))
+    if arguments.join:
+        networks = [network, *map(load_checkpoint, arguments.join)]
+        if any(each.pipeline != "clarus" for each in networks):
+            raise SystemExit("--join: networks of pipeline clarus make one of any scale, and of no other")
+        network = clarus.joined(networks)
     model_file.save(arguments.model, network, jitters, arguments.mlp, half=not arguments.float32)
 
 

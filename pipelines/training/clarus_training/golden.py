@@ -10,6 +10,7 @@ Of some stacks there is also NAME.onnx, the same network as PyTorch exports it, 
 """
 
 import argparse
+import math
 import os
 
 import numpy as np
@@ -69,12 +70,14 @@ IN_WHOLE_NUMBERS_ALONE = (
 )
 
 # `hidden`: an MLP of that width instead of a table. `away`: jitters of some frames that no table entry has. `jittered`:
-# motion was sampled where colour was. `checked`, `held`: docs/history.md. `use`: only so many of the previous frames, whose number the golden file says.
+# motion was sampled where colour was. `any_scale`: of a model for any, used at `scale`. `checked`, `held`: docs/history.md. `use`: only so many of the previous frames, whose number the golden file says.
 CASES = {
     "clarus": {
         "clarus_x2": dict(scale=2, features=8, middle=1, size=(13, 9)),
         "clarus_x3": dict(scale=3, features=12, middle=0, size=(11, 7), jittered=True),
         "clarus_x4_1x1": dict(scale=4, features=4, middle=1, size=(1, 1)),
+        "clarus_x1.5": dict(scale=1.5, features=8, middle=1, size=(14, 10)),
+        "clarus_x2.5": dict(scale=2.5, features=4, middle=0, size=(9, 7), any_scale=True),
     },
     "enss": {
         "enss_x2_table": dict(scale=2, features=16, middle=1, size=(13, 9), table=HALTON),
@@ -162,10 +165,14 @@ def random_nsrr(generator, scale, width, previous_frames=4, network_color="ycbcr
     return network
 
 
-def random_clarus(generator, scale, features, middle, **_):
-    network = random_weights(generator, clarus.Clarus(scale, features, middle), 0.7)
+def random_clarus(generator, scale, features, middle, any_scale=False, **_):
+    grids = clarus.GRIDS if any_scale else [math.ceil(scale)]
+    network = clarus.Clarus("any" if any_scale else scale, {grid: (features, middle) for grid in grids})
+    network.scale = scale
+    random_weights(generator, network, 0.7)
     with torch.no_grad():
-        network.layers[-1].weight.mul_(0.25)  # corrections
+        for grid in grids:
+            getattr(network, f"x{grid}")[-1].weight.mul_(0.25)  # corrections
     return network
 
 

@@ -201,11 +201,23 @@ def believed(range_, history, scale):
     return (share < 0.5 + 1e-3).to(history)  # of at most 25 pixels; the mean is rounded
 
 
-def hold(image, color, history, scale):
-    """The image within what the frame's neighbourhood and a believed history show, channel by channel."""
+def hold(image, color, history, scale, whole=None):
+    """The image within what the frame's neighbourhood and a believed history show, channel by channel. Where the scale
+    is not whole, `whole` is the history at one that is, and that one.
+    """
     around = extremes(color)
-    trusted = operators.tiles(believed(around, history, scale), scale) > 0
-    low, high = (operators.tiles(each, scale) for each in around)
+
+    def spread(image):
+        if not whole:
+            return operators.tiles(image, scale)
+        rows, columns = (
+            ((torch.arange(made, dtype=torch.float64) + 0.5) / scale + 0.001).long().clamp(max=pixels - 1)
+            for made, pixels in zip(history.shape[2:], color.shape[2:])
+        )
+        return image[:, :, rows][..., columns]
+
+    trusted = spread(believed(around, *(whole or (history, scale)))) > 0
+    low, high = (spread(each) for each in around)
     seen = torch.where(trusted, history, torch.minimum(torch.maximum(history, low), high))
     return torch.minimum(torch.maximum(image, torch.minimum(low, seen)), torch.maximum(high, seen))
 

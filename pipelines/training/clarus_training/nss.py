@@ -464,6 +464,10 @@ def postprocess(color, history, kernels, temporal, motion, jitter, size):
     return karis_inverse(accumulated), dict(filtered=mean, theta=theta, hr_motion=-motion)
 
 
+def serves(asked, scale):
+    return scale <= LARGEST_SCALE if asked == "any" else scale == asked
+
+
 def shape(arguments):
     return dict(scale=arguments.scale)
 

@@ -183,7 +183,7 @@ def network_graph(network, frame):
     if network.pipeline == "enss":
         return Graph(EnssNetwork(network, frame.jitter), {"x": noise(6 + network.checked + 4 * s * s)}, ["predictions"])
     if network.pipeline == "clarus":
-        return Graph(Call(network, "network"), {"x": noise(6 + 4 * s * s)}, ["details"])
+        return Graph(Call(network, "network"), {"x": noise(6 + 4 * network.grid**2)}, ["details"])
     if network.pipeline == "nsrr":
         n = network.previous_frames
         inputs = {"z": noise(4), "raw": noise(4 + 4 * n, s), "maps": noise(12 * (1 + n), s)}
@@ -244,9 +244,15 @@ def main():
     parser.add_argument("graph")
     parser.add_argument("--size", required=True, metavar="WxH", help="the render size")
     parser.add_argument("--part", choices=sorted(GRAPHS), default="frame")
+    of_any = "of a model for any scale: the one that it is used at; clarus, 2 unless told, has other convolutions at others"
+    parser.add_argument("--scale", type=float, help=of_any)
     arguments = parser.parse_args()
     network = model_file.load(arguments.model, simulated=True)
     refuse_quantized(network)
+    if arguments.scale:
+        if not getattr(network, "any_scale", False):
+            parser.error(f"--scale {arguments.scale:g}: {arguments.model} has a scale of its own, {network.scale}")
+        network.scale = arguments.scale
     size = tuple(int(extent) for extent in arguments.size.split("x"))
     graph = GRAPHS[arguments.part](network, smooth_frame(network, size))
     save(arguments.graph, graph)

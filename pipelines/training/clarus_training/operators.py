@@ -73,13 +73,31 @@ def upsample_motion(motion, scale, jitter):
 def keys_upsample(image, scale, jitter=(0.0, 0.0)):
     """The `bicubic` filter: Keys a = −½, 4×4 taps, border clamp, jitter-aware, clamped to [0, 1]."""
 
-    def keys(distance):
-        x = np.abs(distance)
-        near = 1.5 * x**3 - 2.5 * x**2 + 1
-        far = -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2
-        return np.where(x <= 1, near, np.where(x < 2, far, 0))
-
     return filter_upsample(image, scale, keys, 2, jitter).clamp(0, 1)
+
+
+def keys(distance):
+    x = np.abs(distance)
+    near = 1.5 * x**3 - 2.5 * x**2 + 1
+    far = -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2
+    return np.where(x <= 1, near, np.where(x < 2, far, 0))
+
+
+def keys_resample(image, scale, size):
+    """An image at `size` (height, width), by Keys' cubic around (X+½)/scale − ½ along each axis, a scale from 0; border
+    clamp. Below 1 nothing is averaged.
+    """
+
+    def weights(pixels, made):
+        place = (np.arange(made) + 0.5) / scale - 0.5
+        taps = np.floor(place).astype(int)[:, None] + np.arange(-1, 3)
+        matrix = np.zeros((made, pixels))
+        np.add.at(matrix, (np.arange(made)[:, None], taps.clip(0, pixels - 1)), keys(place[:, None] - taps))
+        return torch.from_numpy(matrix).to(image)
+
+    along_y, along_x = (weights(pixels, made) for pixels, made in zip(image.shape[2:], size))
+    with torch.autocast(image.device.type, enabled=False):
+        return along_y @ image @ along_x.T
 
 
 def filter_upsample(image, scale, kernel, radius, jitter=(0.0, 0.0)):

@@ -5,6 +5,7 @@ Each is a module with
 - `ABLATIONS`, where experiments may leave something out: names for `create(without=…)`, whose networks are no models;
 - `parameter_groups(network, arguments)`: for the optimiser; a group's `share` scales its learning rate;
 - `CLIPS`: the lengths of the clips it learns from; `RATE`: its first learning rate;
+- `serves(asked, scale)`, where a network learns from sequences of other scales than the one asked for, too;
 - `loss(network, frames, reference, criterion, progress)`: of a clip that starts with a reset, by `criterion` where one
   is given, else by its own, the paper's as far as it can be had; `progress` goes from 0 to 1 as training does;
 - `model_tensors(network, jitters, mlp, half)` and `load_model(tensors, metadata)`: a model file's content, and back;

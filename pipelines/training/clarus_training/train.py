@@ -9,6 +9,7 @@ import argparse
 import contextlib
 import csv
 import math
+import operator
 import os
 import random
 import signal
@@ -16,7 +17,7 @@ import time
 
 import torch
 
-from . import dataset, enss_growth, export, history, model_file, nsrr_growth, nss, quantized, safetensors
+from . import dataset, enss_growth, export, history, model_file, nsrr_growth, quantized, safetensors
 from . import stack_training, validation
 from .frame import run
 from .losses import LOSSES
@@ -312,10 +313,10 @@ def told_to_end():
             signal.signal(name, handler)
 
 
-def usable(option, directories, scale):
-    """The sequences there that a network for that scale, or for "any", can be compared on."""
-    found = [each for each in find(directories) if each.has_references]
-    found = [each for each in found if (each.scale <= nss.LARGEST_SCALE if scale == "any" else each.scale == scale)]
+def usable(option, directories, pipeline, scale):
+    """The sequences there that the pipeline's network for that scale, or for "any", can be compared on."""
+    serves = getattr(pipeline, "serves", operator.eq)
+    found = [each for each in find(directories) if each.has_references and serves(scale, each.scale)]
     if not found:
         raise SystemExit(f"{option}: no sequence of scale {scale} with references in {', '.join(directories)}")
     return found
@@ -353,8 +354,9 @@ def main():
         training.start_from(starting_weights(training, arguments.start))
     elif arguments.grow:
         training.grow_from(arguments.grow)
-    sequences = usable("--data", arguments.data, arguments.scale)
-    held_out = usable("--validation", arguments.validation, arguments.scale) if arguments.validation else []
+    for_network = training.pipeline, arguments.scale
+    sequences = usable("--data", arguments.data, *for_network)
+    held_out = usable("--validation", arguments.validation, *for_network) if arguments.validation else []
     lengths = arguments.clip or training.pipeline.CLIPS
     kind = dict(turn=training.turns, tint=not arguments.no_tints, eventful=arguments.events)
     kind.update(checked=getattr(training.network, "checked", False), collected=hasattr(training.network, "collects"))

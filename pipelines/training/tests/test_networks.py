@@ -58,6 +58,14 @@ def networks(scale=2):
     return every
 
 
+def fsr2_alone(clip, scale):
+    outputs, state = [], None
+    for each in clip:
+        state, _ = fsr2.step(each, state, scale)
+        outputs.append(state[:, :3])
+    return outputs
+
+
 class Networks(unittest.TestCase):
     def setUp(self):
         torch.manual_seed(0)
@@ -150,6 +158,39 @@ class Networks(unittest.TestCase):
             shifted[:, 6 : 6 + 3 * scale * scale] += 0.3
             self.assertLess((layer(shifted) - layer(x))[..., 1:-1, 1:-1].abs().max().item(), 1e-4)
 
+    def test_clarus_takes_at_every_scale_the_network_of_the_grid_that_reaches_it(self):
+        trained = [clarus.create(grid, 4, middle) for grid, middle in ((3, 0), (2, 1), (4, 0))]
+        for each in trained:
+            each.layers[-1].weight.normal_(std=0.05)
+        every = clarus.joined(trained)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "model.safetensors")
+            model_file.save(path, every)
+            loaded = model_file.load(path)
+        clip = frames(3, height=8, width=12)
+        for scale, grid in ((1, 2), (1.5, 2), (2, 2), (2.5, 3), (3, 3), (3.25, 4), (4, 4)):
+            every.scale = loaded.scale = scale
+            (own,) = (each for each in trained if each.scale == grid)
+            self.assertEqual((every.grid, len(every.layers)), (grid, len(own.layers)))
+            outputs = frame.run(every, clip)
+            self.assertEqual(outputs[0].shape, (2, 3, 8 * scale, 12 * scale))
+            for ours, theirs in zip(outputs, frame.run(loaded, clip)):
+                self.assertLess((ours - theirs).abs().max().item(), 1e-5, scale)
+            if scale == grid:
+                for ours, theirs in zip(outputs, frame.run(own, clip)):
+                    self.assertTrue(torch.equal(ours, theirs), scale)
+            # What is added changes what is shown, and a flat picture stays one.
+            self.assertGreater((outputs[1] - fsr2_alone(clip, scale)[1]).abs().max().item(), 1e-3, scale)
+            flat = [each._replace(color=torch.full_like(each.color, 0.25)) for each in clip]
+            for output in frame.run(every, flat):
+                self.assertLess((output - 0.25).abs().max().item(), 1e-5, scale)
+        for wrong in (trained[:2], [*trained, trained[0]]):
+            with self.assertRaisesRegex(SystemExit, "--join: "):
+                clarus.joined(wrong)
+
+    def test_a_network_of_clarus_learns_of_scales_up_to_its_grid(self):
+        self.assertEqual([clarus.serves(3, scale) for scale in (2, 2.5, 3, 4)], [False, True, True, False])
+
     def test_ablations(self):
         clip = frames(3)
         network = enss.create(2, 8, 1, 16)
@@ -176,6 +217,11 @@ class Networks(unittest.TestCase):
         network.without = ("recurrence",)
         self.assertTrue(torch.equal(network.step(clip[0])[1][0], operators.upsample(clip[0].color, 2, clip[0].jitter)))
         self.assertGreater((kept - network.step(clip[0])[1][0]).abs().max().item(), 1e-3)
+
+        network = networks()["clarus"]
+        for name in clarus.ABLATIONS[1:]:
+            self.assertGreater((outputs(clip, name) - outputs(clip)).abs().max().item(), 1e-3, name)
+        self.assertNotIsInstance(clarus.create(2, 4, 0, ["differences"]).layers[0], clarus.Conditioned)
 
         network = networks()["nsrr"]
         for name in nsrr.ABLATIONS:
