@@ -27,14 +27,15 @@ MODELS = {  # name: what it is
     "bicubic": "a filter of one frame",
     "fsr1": "AMD's FSR 1, by its description",
     "fsr2": "temporal, of FSR 2's class, no network; any scale",
-    "clarus-m-x2": "`fsr2` and a network that adds to what it shows",
+    "clarus-s": "`fsr2` and a small network that adds to what it shows; any scale",
+    "clarus-m": "the same, medium",
     "enss-s-x2": "Mercier et al. 2023, small",
     "enss-m-x2": "medium",
     "enss-l-x2": "large",
 }
 FILTERS = [*judge.FILTERS, "fsr2"]
 ENSS = {of: [f"enss-{size}-{of}" for size in "sml"] for of in ("x2", "x3", "x4")}
-ALL = [*FILTERS[1:], "clarus-m-x2", *ENSS["x2"]]
+ALL = [*FILTERS[1:], "clarus-s", "clarus-m", *ENSS["x2"]]
 FIGURES = ["psnr", "gain", "moving_gain", "still_gain", "ssim", "pixel_std"]
 IN_MOTION = ["gain", "moving_gain", "still_gain", "in_disoccluded_4_gain", "in_thin_gain", "worse_blocks", "pixel_std"]
 
@@ -204,6 +205,7 @@ TABLES = {
     "times": times,
     "filters": quality(FILTERS),
     **{f"enss, {of}": quality(models, of) for of, models in ENSS.items()},
+    "x1.5 in motion": in_motion(["x1.5"]),
     "x2 in motion": in_motion(["x2", "mnss-x2"]),
     "x3 in motion": in_motion(["x3", "mnss-x3"]),
     "x4 in motion": in_motion(["x4"]),
