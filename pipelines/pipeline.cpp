@@ -14,7 +14,7 @@ graph::Graph at_whole_scale(const io::Safetensors& model, double scale, Size ren
 
 std::span<const Pipeline> pipelines() {
     static const Pipeline all[] = {
-        {"clarus", 1, 4, build_clarus, true, {}, {}, true, {2, 3, 4}},
+        {"clarus", 1, 4, build_clarus, true, {}, {}, true, {2, 2.02, 3, 3.03, 4}},
         {"enss", 2, 4, at_whole_scale<build_enss>},
         {"mnss", 2, 3, at_whole_scale<build_mnss>},
         {"nsrr", 2, 6, at_whole_scale<build_nsrr>, false, {}, nsrr_options()},

@@ -23,15 +23,17 @@ using graph::Parameters;
 using graph::Resource;
 using graph::Value;
 
-/// Whole scales that a file may hold a network for: `x2`, …. The least that reaches a scale is the one of its network.
+/// Whole scales that a file may hold a network for: `x2`, …. The least that reaches a scale, or nearly, for sizes are
+/// rounded, is the one of its network.
 constexpr int kSmallestGrid = 2, kLargestGrid = 4;
+constexpr double kReach = 1.01;
 
 int grid_of(const io::Safetensors& model, double scale) {
     const auto has = [&](int grid) { return model.has(fmt::format("x{}.0.weight", grid)); };
     for (int grid = kSmallestGrid; grid <= kLargestGrid; ++grid)
-        if (grid >= scale && has(grid)) return grid;
+        if (kReach * grid >= scale && has(grid)) return grid;
     fail(ErrorKind::file, "{}: no network for a scale of {}: tensor x{}.0.weight is missing", model.path().string(),
-         scale, std::max(kSmallestGrid, static_cast<int>(std::ceil(scale))));
+         scale, std::max(kSmallestGrid, static_cast<int>(std::ceil(scale / kReach))));
 }
 
 /// As many as the file has weights or biases for: two at least.

@@ -309,7 +309,8 @@ TEST_CASE("with an output size, it stays while the render size changes") {
                                       {network, {48, 36}},
                                       {network, {40, 30}},
                                       {of_any_scale, {48, 36}},
-                                      {of_any_scale, {60, 45}}}) {
+                                      {of_any_scale, {60, 45}},
+                                      {of_any_scale, {49, 37}}}) {
         options.output_size = size;
         Upscaler upscaler(test_device(), model, {24, 18}, options);
         CHECK(upscaler.output_size({13, 9}) == size);

@@ -76,6 +76,7 @@ TEST_CASE("Clarus files have a network for every scale that they allow") {
     CHECK(at("clarus_x2.5", "any", 3.5) == Size{28, 21});
     CHECK(at("clarus_x2.5", "2.25", 2) == Size{18, 14});  // the file's, whatever was asked for
     CHECK(at("clarus_x3", "any", 1.5) == Size{12, 9});    // by the network for 3
+    CHECK(at("clarus_x2", "any", 2.01) == Size{16, 12});
     for (const auto& [golden, allowed, scale, wanted] :
          {std::tuple{"clarus_x2", "any", 2.5, "no network for a scale of 2.5: tensor x3.0.weight is missing"},
           {"clarus_x3", "4", 4.0, "no network for a scale of 4: tensor x4.0.weight is missing"},

@@ -7,7 +7,8 @@ import torch.nn.functional as F
 from . import fsr2, history, model_file, operators
 from .layers import convolutions, linear_at_last
 
-GRIDS = [2, 3, 4]  # the least that reaches a scale is the one of its network
+GRIDS = [2, 3, 4]  # the least that reaches a scale, or nearly, for sizes are rounded, is the one of its network
+REACH = 1.01
 SIZES = {"s": (16, 1), "m": (32, 3)}  # name: (features, middle layers)
 CLIPS = [2]
 ABLATIONS = ("differences", "color", "jitter", "trust", "weights")  # the last four: 0 in their place
@@ -74,7 +75,7 @@ class Clarus(nn.Module):
     @property
     def grid(self):
         """That of the network for `scale`."""
-        return next(grid for grid in self.grids if grid >= self.scale)
+        return next(grid for grid in self.grids if REACH * grid >= self.scale)
 
     @property
     def layers(self):
