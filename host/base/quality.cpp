@@ -52,7 +52,7 @@ int jitter_count(double scale) {
 
 double mip_bias(double scale) {
     check_scale(scale);
-    return -std::log2(scale);
+    return 0 - std::log2(scale);  // 0 at scale 1, not −0
 }
 
 }  // namespace clarus
