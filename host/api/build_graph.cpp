@@ -74,8 +74,9 @@ ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size
     const ModelSizes usual{model.scale(), output_size(render, model.scale())};
     if (!asked || model.scales().is_single()) return usual;
     const std::optional<double> scale = common_scale(render, *asked);
-    if (!scale || !model.scales().contains(*scale)) return usual;
-    return {*scale, model.tensors() ? output_size(render, *scale) : *asked};
+    if (!scale) return usual;
+    const double nearest = std::clamp(*scale, model.scales().smallest, model.scales().largest);
+    return {nearest, model.tensors() || nearest != *scale ? output_size(render, nearest) : *asked};
 }
 
 graph::Graph build_graph(const Model& model, Size render, Size output,

@@ -31,7 +31,7 @@ struct ModelSizes {
     Size own;
 };
 /// At its own scale; where an output size is asked for, a model of any scale at the ratio of the sizes, if that is the
-/// same along both axes and within its scales. Errors: invalid_argument, as output_size().
+/// same along both axes, or at the one of its scales that is nearest to it. Errors: invalid_argument, as output_size().
 ModelSizes model_sizes(const Model& model, Size render, const std::optional<Size>& asked);
 
 /// What the model computes at this size, at its own scale or another that it has. Errors: invalid_argument, naming the

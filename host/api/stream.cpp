@@ -48,6 +48,17 @@ void check_work(const graph::Graph& graph, Size render) {
              render.width, render.height, all, kMostOperations);
 }
 
+/// Of parameters that only plans of other sizes use, as they are in the model; packed, they take as much or a little
+/// more.
+size_t bytes_of_other_sizes(const runtime::Plan& plan) {
+    const std::map<int, runtime::Lowered> used = plan.convolutions();
+    const auto& parameters = plan.layout.graph.parameters;
+    size_t floats = 0;
+    for (int index = 0; index < static_cast<int>(parameters.size()); ++index)
+        if (!used.contains(index)) floats += parameters[index]->weights.size() + parameters[index]->biases.size();
+    return floats * sizeof(float);
+}
+
 }  // namespace
 
 Stream::Stream(Device device, Build build, Size render, runtime::PlanOptions options, std::vector<Size> others)
@@ -196,18 +207,22 @@ void Stream::take_memory_requirements() {
     memory_ = {};
     for (const Part& part : parts_) {
         const runtime::Plan& plan = *part.plan;
-        memory_ += {plan.weight_bytes, plan.memory.bytes, plan.memory.peak_live_bytes,
+        memory_ += {plan.weight_bytes + (options_.dynamic_resolution ? bytes_of_other_sizes(plan) : 0),
+                    plan.memory.bytes, plan.memory.peak_live_bytes,
                     runtime::Executor::staging_bytes(plan, options_.dynamic_resolution, options_)};
     }
     memory_.arena += runtime::Program::link_bytes(part_plans(), links_);
 }
 
-std::unique_ptr<runtime::Plan> Stream::plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const {
+std::unique_ptr<runtime::Plan> Stream::plan_like(runtime::KeptChoices& choices, const graph::Graph& graph) const {
     const auto select = [&](const runtime::Problem& problem) {
         const std::optional<runtime::Selection> kept = choices.find(problem);
         return kept ? *kept : parts_.front().tuner->select_without_measuring(problem);
     };
-    return runtime::make_plan(graph, options_, device_.profile(), select, choices.bands());
+    std::unique_ptr<runtime::Plan> plan =
+        runtime::make_plan(graph, options_, device_.profile(), select, choices.bands());
+    choices.add(*plan);
+    return plan;
 }
 
 SizedGraph Stream::built(Size render) const {
@@ -224,7 +239,7 @@ SizedGraph Stream::built(Size render) const {
 
 FrameSizes Stream::sizes(Size render) const { return built(render).sizes; }
 
-std::vector<std::unique_ptr<runtime::Plan>> Stream::other_plans() const {
+std::vector<std::unique_ptr<runtime::Plan>> Stream::other_plans() {
     std::vector<std::unique_ptr<runtime::Plan>> plans;
     if (!options_.dynamic_resolution) return plans;
     const Size most = largest_.sizes.render;

@@ -101,10 +101,11 @@ class Stream {
     void plan_part(Part& part, const Select& select) const;
     void take_memory_requirements();
 
-    /// A plan with the kernels of `choices`, where it has them.
-    std::unique_ptr<runtime::Plan> plan_like(const runtime::KeptChoices& choices, const graph::Graph& graph) const;
+    /// A plan with the kernels of `choices`, where it has them; else with others, of which those of convolutions are
+    /// kept.
+    std::unique_ptr<runtime::Plan> plan_like(runtime::KeptChoices& choices, const graph::Graph& graph) const;
     /// Of half the size, and of the other sizes that can be.
-    std::vector<std::unique_ptr<runtime::Plan>> other_plans() const;
+    std::vector<std::unique_ptr<runtime::Plan>> other_plans();
     SizedGraph built(Size render) const;
     /// Goes on with frames of another size.
     void change_size(const SizedGraph& sized, bool keeps_history);

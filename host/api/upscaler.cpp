@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -42,18 +43,21 @@ std::vector<Size> sizes_below(double scale, const Model& model, Size output) {
     return sizes;
 }
 
-/// Render sizes where a model's graph has other nodes: of which it makes the output size, or a little less along one
-/// axis or both, for there the result is shown as it is, or resampled by other kernels than where it is larger; and at
-/// its pipeline's turning points and a little below them.
+/// Render sizes where a model's graph has other nodes: of which it makes the output size by its own scale, its largest
+/// or its smallest one, or a little less along one axis or both, for there the result is shown as it is, or resampled
+/// by other kernels than where it is larger; and at its pipeline's turning points and a little below them.
 std::vector<Size> sizes_around(const Model& model, const std::optional<Size>& output) {
     if (!output) return {};
     const auto size = [&](double scale) {
         return Size{static_cast<int>(std::lround(output->width / scale)),
                     static_cast<int>(std::lround(output->height / scale))};
     };
-    const Size exact = size(model.scale());
-    std::vector<Size> sizes{
-        exact, {exact.width - 1, exact.height - 1}, {exact.width - 1, exact.height}, {exact.width, exact.height - 1}};
+    std::vector<Size> sizes;
+    for (const double scale : std::set{model.scale(), model.scales().smallest, model.scales().largest}) {
+        if (std::isinf(scale)) continue;
+        const auto [width, height] = size(scale);
+        sizes.insert(sizes.end(), {{width, height}, {width - 1, height - 1}, {width - 1, height}, {width, height - 1}});
+    }
     for (const double scale : pipelines::turning_points(model.pipeline())) {
         sizes.push_back(size(scale));
         const std::vector<Size> below = sizes_below(scale, model, *output);

@@ -93,6 +93,7 @@ Executor::Executor(ocl::Context& context, const Plan& plan, std::span<const std:
       profiler_(options.profile && context.queue_has_profiling()),
       arena_(context, plan),
       ports_(context, plan, options, profiler_) {
+    for (const auto& other : others) weights_.add(kernels_, other->layout.graph, other->convolutions());
     if (!others.empty()) resizing_.emplace(context, kernels_, plan);
     ocl::checked("allocate a counter", [&] {
         counter_ = cl::Buffer(context_.context(), CL_MEM_READ_WRITE, sizeof(cl_uint));
@@ -171,6 +172,7 @@ void Executor::change_plan(const Plan& plan, bool keeps_states) {
     kernels_.add(context_, calls);
     add_port_kernels(port_kernels_, context_, plan, options_);
     if (context_.programs_compiled() > compiled) context_.save_programs();
+    weights_.add(kernels_, plan.layout.graph, plan.convolutions());
     arena_.lay_out(plan);
     if (keeps_states) resizing_->restore(*plan_, plan, arena_);
     plan_ = &plan;

@@ -47,7 +47,7 @@ struct KeptMemory {
 class Executor {
   public:
     /// The plan that is run, at first of the largest size, and `options` outlive the executor. `others`: plans of the
-    /// same network at smaller sizes, where the size will change; the kernels that they add are compiled, too. Without
+    /// same parameters at smaller sizes, where the size will change; what they add is compiled and packed, too. Without
     /// them, states are not resampled. `progress` is called with 0…1 while the driver finishes kernels.
     Executor(ocl::Context& context, const Plan& plan, std::span<const std::unique_ptr<Plan>> others,
              const StreamOptions& options, const HandedIn& handed_in, const std::function<void(double)>& progress);
@@ -55,10 +55,10 @@ class Executor {
     /// Waits for frames on their way: they use memory of the executor's and of the caller's.
     ~Executor();
 
-    /// Goes on with a plan of the same network at another size, with the same kernels for convolutions, whose weights
-    /// stay packed. States are resampled to its sizes where `keeps_states`, else of no use: the next frame must be a
-    /// reset. Waits for nothing. Allocates where the plan needs more memory than those before, compiles where it has
-    /// other kernels.
+    /// Goes on with a plan of the same parameters at another size, with the same kernels for convolutions, whose
+    /// weights stay packed; those of other convolutions are packed. States are resampled to its sizes where
+    /// `keeps_states`, else of no use: the next frame must be a reset. Waits for nothing. Allocates where the plan
+    /// needs more memory than those before, compiles where it has other kernels.
     void change_plan(const Plan& plan, bool keeps_states);
 
     /// What the next frames import and export.

@@ -10,6 +10,12 @@ KeptChoices::KeptChoices(const Plan& plan, const DeviceProfile& profile)
     for (const PlannedStage& stage : plan.stages) selections_.emplace(key_of(stage.problem), stage.selection);
 }
 
+void KeptChoices::add(const Plan& plan) {
+    for (const PlannedStage& stage : plan.stages)
+        if (std::holds_alternative<graph::Convolution>(stage.problem.node.op))
+            selections_.emplace(key_of(stage.problem), stage.selection);
+}
+
 KeptChoices::Key KeptChoices::key_of(const Problem& problem) {
     const graph::Operator& op = problem.node.op;
     const auto* convolution = std::get_if<graph::Convolution>(&op);

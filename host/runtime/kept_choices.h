@@ -15,6 +15,9 @@ class KeptChoices {
   public:
     KeptChoices(const Plan& plan, const DeviceProfile& profile);
 
+    /// Keeps what was chosen for convolutions that no plan had before.
+    void add(const Plan& plan);
+
     const std::vector<BandChoice>& bands() const { return bands_; }
 
     /// The kernel of the same stage, or none where the plan has no such stage, or a kernel that does not suit this

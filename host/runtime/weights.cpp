@@ -1,6 +1,8 @@
 #include "runtime/weights.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 #include "cl/error.h"
 
@@ -38,28 +40,7 @@ cl::Buffer upload(ocl::Context& context, const std::vector<float>& values) {
 Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Graph& graph,
                  const std::map<int, Lowered>& convolutions)
     : context_(context) {
-    ocl::checked("upload weights", [&] {
-        for (const auto& [index, lowered] : convolutions) {
-            const graph::Parameters& parameters = *graph.parameters[index];
-            Packed& packed = packed_[index];
-            packed.floats = lowered.packing->floats;
-            packed.conditioned = parameters.conditioned;
-            const size_t weights_a_set = parameters.weights_per_set(), biases_a_set = parameters.out_channels;
-            packed.buffer = cl::Buffer(context.context(), CL_MEM_READ_WRITE,
-                                       packed.floats * sets_on_device(graph, parameters) * sizeof(float));
-            if (lowered.packing->on_host) {
-                upload_packed(parameters, *lowered.packing, packed.buffer);
-                continue;
-            }
-            packed.pack = std::make_unique<PackLaunch>(kernels, *lowered.packing);
-            const cl::Buffer weights = upload(context, parameters.weights), biases = upload(context, parameters.biases);
-            for (int set = 0; set < parameters.sets; ++set)
-                packed.pack->enqueue(context.queue(), {weights, set * weights_a_set, biases, set * biases_a_set},
-                                     packed.buffer, set);
-        }
-        context.queue().finish();
-    });
-
+    add(kernels, graph, convolutions);
     if (graph.jitter_kernels && !is_universal(graph)) {
         const graph::JitterKernels& jitter_kernels = *graph.jitter_kernels;
         for (const int index : jitter_kernels.conditioned) {
@@ -69,6 +50,42 @@ Weights::Weights(ocl::Context& context, const Kernels& kernels, const graph::Gra
         if (predicts(graph)) predictor_ = std::make_unique<KernelPredictor>(context, jitter_kernels.predictor);
         sets_.emplace(jitter_kernels.table, predictor_ ? kComputedSets : 0);
     }
+}
+
+void Weights::add(const Kernels& kernels, const graph::Graph& graph, const std::map<int, Lowered>& convolutions) {
+    ocl::checked("upload weights", [&] {
+        bool waits = false;
+        for (const auto& [index, lowered] : convolutions) {
+            if (const auto known = packed_.find(index); known != packed_.end()) {
+                if (known->second.floats != lowered.packing->floats)
+                    throw std::logic_error("the same weights are packed in two ways");
+                continue;
+            }
+            pack(kernels, graph, index, *lowered.packing);
+            waits = true;
+        }
+        if (waits) context_.queue().finish();
+    });
+}
+
+void Weights::pack(const Kernels& kernels, const graph::Graph& graph, int index, const Packing& packing) {
+    const graph::Parameters& parameters = *graph.parameters[index];
+    Packed packed;
+    packed.floats = packing.floats;
+    packed.conditioned = parameters.conditioned;
+    packed.buffer = cl::Buffer(context_.context(), CL_MEM_READ_WRITE,
+                               packed.floats * sets_on_device(graph, parameters) * sizeof(float));
+    if (packing.on_host) {
+        upload_packed(parameters, packing, packed.buffer);
+    } else {
+        packed.pack = std::make_unique<PackLaunch>(kernels, packing);
+        const size_t weights_a_set = parameters.weights_per_set(), biases_a_set = parameters.out_channels;
+        const cl::Buffer weights = upload(context_, parameters.weights), biases = upload(context_, parameters.biases);
+        for (int set = 0; set < parameters.sets; ++set)
+            packed.pack->enqueue(context_.queue(), {weights, set * weights_a_set, biases, set * biases_a_set},
+                                 packed.buffer, set);
+    }
+    packed_.emplace(index, std::move(packed));
 }
 
 void Weights::upload_packed(const graph::Parameters& parameters, const Packing& packing, const cl::Buffer& buffer) {

@@ -15,9 +15,12 @@ namespace clarus::runtime {
 /// The packed weights of every convolution on the device, and of jitter-conditioned ones the set that the frame needs.
 class Weights {
   public:
-    /// `convolutions`: for each index into graph.parameters, the kernel that it is packed for.
+    /// `convolutions`: for each index into graph.parameters that is used, the kernel that it is packed for.
     Weights(ocl::Context& context, const Kernels& kernels, const graph::Graph& graph,
             const std::map<int, Lowered>& convolutions);
+
+    /// Packs those of another graph of the same parameters that are not packed yet.
+    void add(const Kernels& kernels, const graph::Graph& graph, const std::map<int, Lowered>& convolutions);
 
     /// Makes the sets for this jitter the current ones, computing them where they are not there.
     void select(Vec2 jitter);
@@ -40,6 +43,7 @@ class Weights {
         std::unique_ptr<PackLaunch> pack;
     };
 
+    void pack(const Kernels& kernels, const graph::Graph& graph, int index, const Packing& packing);
     void upload_packed(const graph::Parameters& parameters, const Packing& packing, const cl::Buffer& buffer);
     void compute(Vec2 jitter, int set);
 

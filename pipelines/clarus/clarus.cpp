@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "base/error.h"
 #include "base/rounding.h"
@@ -28,10 +30,11 @@ using graph::Value;
 constexpr int kSmallestGrid = 2, kLargestGrid = 4;
 constexpr double kReach = 1.01;
 
+bool has_network(const io::Safetensors& model, int grid) { return model.has(fmt::format("x{}.0.weight", grid)); }
+
 int grid_of(const io::Safetensors& model, double scale) {
-    const auto has = [&](int grid) { return model.has(fmt::format("x{}.0.weight", grid)); };
     for (int grid = kSmallestGrid; grid <= kLargestGrid; ++grid)
-        if (kReach * grid >= scale && has(grid)) return grid;
+        if (kReach * grid >= scale && has_network(model, grid)) return grid;
     fail(ErrorKind::file, "{}: no network for a scale of {}: tensor x{}.0.weight is missing", model.path().string(),
          scale, std::max(kSmallestGrid, static_cast<int>(std::ceil(scale / kReach))));
 }
@@ -44,6 +47,29 @@ int layer_count(const io::Safetensors& model, const std::string& network) {
         }));
     };
     return std::max({count(".weight"), count(".bias"), 2});
+}
+
+std::vector<Parameters> read_network(const io::Safetensors& model, int grid) {
+    const std::string network = fmt::format("x{}", grid);
+    const int count = layer_count(model, network);
+    std::vector<Parameters> layers;
+    int channels = 6 + 4 * grid * grid;
+    for (int layer = 0; layer < count; ++layer) {
+        const bool last = layer + 1 == count;
+        layers.push_back(
+            read_layer(model, fmt::format("{}.{}", network, layer), last ? 3 * grid * grid : kAny, channels));
+        channels = layers.back().out_channels;
+    }
+    return layers;
+}
+
+Value convolutions(Graph& graph, Value x, std::vector<Parameters> layers) {
+    for (Parameters& layer : layers) {
+        const bool last = &layer == &layers.back();
+        const std::string name = fmt::format("convolution {}", &layer - layers.data() + 1);
+        x = graph.convolution(x, std::move(layer), last ? Activation::none : Activation::relu, name);
+    }
+    return x;
 }
 
 }  // namespace
@@ -66,14 +92,15 @@ graph::Graph build_clarus(const io::Safetensors& model, double scale, Size rende
     Value x = graph.concat({color, graph.plane(FrameScalar::jitter_x, render),
                             graph.plane(FrameScalar::jitter_y, render), trust, graph.space_to_depth(on_grid, grid)},
                            "network input");
-    const std::string network = fmt::format("x{}", grid);
-    const int layers = layer_count(model, network);
-    for (int layer = 0; layer < layers; ++layer) {
-        const bool last = layer + 1 == layers;
-        Parameters weights = read_layer(model, fmt::format("{}.{}", network, layer), last ? 3 * grid * grid : kAny,
-                                        graph.shape(x).channels);
-        x = graph.convolution(x, std::move(weights), last ? Activation::none : Activation::relu,
-                              "convolution " + std::to_string(layer + 1));
+    // Where the size changes from frame to frame, weights are known by their number: every graph counts all networks'.
+    for (int each = kSmallestGrid; each <= kLargestGrid; ++each) {
+        if (!has_network(model, each)) continue;
+        std::vector<Parameters> layers = read_network(model, each);
+        if (each == grid) {
+            x = convolutions(graph, x, std::move(layers));
+            continue;
+        }
+        for (Parameters& layer : layers) graph.parameters.push_back(std::make_shared<Parameters>(std::move(layer)));
     }
     Value details = graph.depth_to_space(x, grid);
     if (resampled) details = graph.resample_freely(details, scale / grid, output, "details");

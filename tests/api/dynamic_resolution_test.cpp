@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "api/build_graph.h"
@@ -301,6 +302,35 @@ TEST_CASE("after a cut, frames of another size are those of an upscaler of that 
         }
 }
 
+TEST_CASE("after a cut, each of a model's networks makes what an upscaler of that size makes; nothing is compiled") {
+    constexpr Size kLargest{64, 48}, kOutput{96, 72};
+    for (const char* name : {"clarus-s", "clarus-m"})
+        for (const int band_rows : {0, 8}) {
+            CAPTURE(std::string(name));
+            CAPTURE(band_rows);
+            const Model model = Model::find(name);
+            UpscalerOptions options = dynamic_options();
+            options.output_size = kOutput;
+            options.band_rows = band_rows;
+            Upscaler upscaler(test_device(), model, kLargest, options);
+            CHECK(upscaler.memory_requirements().weights > 38919 * sizeof(float));
+            submitted(upscaler, kLargest, 1);
+            // At scales of 3, 4, 2, 1.5, 2.4, 3.69 and 2.02; the last is a little more than x2's own.
+            for (const Size render : {Size{32, 24}, {24, 18}, {48, 36}, {64, 48}, {40, 30}, {26, 20}, {47, 36}}) {
+                CAPTURE(render.width);
+                const int compiled = test_device().context().programs_compiled();
+                const Pixels first = submitted(upscaler, render, 3, true), second = submitted(upscaler, render, 5);
+                CHECK(test_device().context().programs_compiled() == compiled);
+                UpscalerOptions fixed;
+                fixed.output_size = kOutput;
+                fixed.band_rows = band_rows;
+                Upscaler fresh(test_device(), model, render, fixed);
+                CHECK(submitted(fresh, render, 3) == first);
+                CHECK(submitted(fresh, render, 5) == second);
+            }
+        }
+}
+
 TEST_CASE("with an output size, it stays while the render size changes") {
     UpscalerOptions options = dynamic_options();
     const Model network = Model::load(CLARUS_GOLDEN_DIR "/enss_x2_table.model.safetensors");
@@ -341,6 +371,17 @@ TEST_CASE("a model of any scale serves an output size at the ratio of the sizes,
         }
     }
     CHECK(model_sizes(model, {960, 270}, Size{1920, 1080}).scale == 2);  // no one scale
+    // Beyond its scales, the nearest, and what that makes.
+    const Model to_four = Model::find("clarus-s");
+    for (const auto& [render, output, own, nearest] :
+         {std::tuple(Size{341, 192}, Size{1366, 768}, Size{1364, 768}, 4.0),
+          {{20, 10}, {100, 50}, {80, 40}, 4.0},
+          {{20, 10}, {19, 9}, {20, 10}, 1.0}}) {
+        const ModelSizes made = model_sizes(to_four, render, output);
+        CHECK(made.scale == nearest);
+        CHECK(made.own == own);
+    }
+    CHECK(model_sizes(model, {20, 10}, Size{19, 9}).own == Size{20, 10});
     CHECK(model_sizes(Model::load(CLARUS_GOLDEN_DIR "/srpo_x2.model.safetensors"), {90, 50}, Size{200, 100}).scale ==
           2);
 }
