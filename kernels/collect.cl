@@ -9,6 +9,7 @@
 #define SHARP (3 * SCALE * SCALE)  // samples weigh 2^(-SHARP d²) at a distance of d render pixels
 #define SOFT 5.0f                  // and by 2^(-SOFT d²) where there is no history
 #define SHARE 0.003f               // of the soft weights with history: for a pixel that no sample is near to
+#define DOUBTED_SHARE 0.1f         // more of them without trust, where little else may be near
 #define TIGHT 1.0f                 // deviations of the samples that history may be from their mean without trust
 #define LOOSE 20.0f                // with all trust
 #define EXCESS 0.001f
@@ -51,9 +52,10 @@
                                  const real* soft_x, const real* sharp_y, const real* soft_y, real trust, real speed, \
                                  const real* before, real* result) {                                                  \
         real fresh[3] = {0, 0, 0}, first[3] = {0, 0, 0}, weight = 0, soft_weight = 0;                                 \
+        const real part = SHARE + DOUBTED_SHARE * (1 - trust);                                                        \
         _Pragma("unroll") for (int i = 0; i < 9; ++i) {                                                               \
             const real by_soft = soft_x[i % 3] * soft_y[i / 3];                                                       \
-            const real by_both = sharp_x[i % 3] * sharp_y[i / 3] + SHARE * by_soft;                                   \
+            const real by_both = sharp_x[i % 3] * sharp_y[i / 3] + part * by_soft;                                    \
             weight += by_both;                                                                                        \
             soft_weight += by_soft;                                                                                   \
             _Pragma("unroll") for (int c = 0; c < 3; ++c) {                                                           \

@@ -1,10 +1,10 @@
-// previous_depth(m, d), checked_motion(m, d, P) and validity(m) of docs/history.md, and landed_depth(m, d) and
-// landed_source(m, d, L) of docs/interpolate.md, a work-item for each render pixel. All images are float, but that
-// validity is stored as images are.
+// depth_before(m, d), previous_depth(m, d), checked_motion(m, d, P) and validity(m) of docs/history.md, and
+// landed_depth(m, d) and landed_source(m, d, L) of docs/interpolate.md, a work-item for each render pixel. All images
+// are float, but that validity is stored as images are.
 //
-// Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: PREVIOUS_DEPTH (with DEPTH_* and SHARE, of the way
-// to the previous frame; OUT holds ones before), LANDED_SOURCE (with DEPTH_*, LANDED_* and SHARE; OUT holds a number
-// beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
+// Options: MOTION_*, OUT_* (layouts), STORE_HALF, and what to make: DEPTH_BEFORE (with DEPTH_*), PREVIOUS_DEPTH (with
+// DEPTH_* and SHARE, of the way to the previous frame; OUT holds ones before), LANDED_SOURCE (with DEPTH_*, LANDED_*
+// and SHARE; OUT holds a number beyond all pixels' before), CHECKED_MOTION (with DEPTH_*, PREVIOUS_*) or VALIDITY.
 
 #define REACHED 0.1f               // the bilinear weight from which on a pixel's depth is that of a neighbour too
 #define NEARER 0.02f               // of the depth: what is nearer by less hides nothing
@@ -17,6 +17,36 @@ INLINE Coordinate moved(int x, float shift) {
     const Coordinate result = {x + whole, shift - whole};
     return result;
 }
+
+#ifdef DEPTH_BEFORE
+#define LEAST_AREA 0.25f
+#define MOST_AREA 4.0f
+
+// How the vector changes from one pixel to the next: from the neighbour before or to the one after, whichever is less,
+// for across an edge it is more.
+INLINE float2 change(float2 before, float2 here, float2 after) {
+    const float2 from = here - before, to = after - here;
+    const float from_size = fabs(from.x) + fabs(from.y), to_size = fabs(to.x) + fabs(to.y);
+    return to_size < from_size || isnan(from_size) ? to : from;
+}
+
+kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void depth_before(Sizes given, global const float* motion,
+                                                                              global const float* depth,
+                                                                              global float* restrict out) {
+    TAKE(sizes);
+    const int x = get_global_id(0), y = ROW_ITEM(1);
+    if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
+#define MOTION_AT(x, y) (float2)(motion[AT(MOTION, x, y, 0)], motion[AT(MOTION, x, y, 1)])
+    const float2 here = MOTION_AT(x, y), none = NAN;
+    const float2 left = x > 0 ? MOTION_AT(x - 1, y) : none, right = x + 1 < OUT_WIDTH ? MOTION_AT(x + 1, y) : none;
+    const float2 above = y > 0 ? MOTION_AT(x, y - 1) : none, below = y + 1 < OUT_HEIGHT ? MOTION_AT(x, y + 1) : none;
+    const float2 across = change(left, here, right), down = change(above, here, below);
+    const float xx = across.x, yx = across.y, xy = down.x, yy = down.y;
+    float area = (1 + xx) * (1 + yy) - xy * yx;
+    area = is_finite(area) ? fmin(fmax(area, LEAST_AREA), MOST_AREA) : 1;
+    out[AT(OUT, x, y, 0)] = fmin(depth[AT(DEPTH, x, y, 0)] / cbrt(area), 1.0f);
+}
+#endif
 
 #ifdef SHARE
 // Where pixel (x, y) is at SHARE of its way to the previous frame, and whether that can be inside the image: an invalid
@@ -84,7 +114,10 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void landed_source(S
 #endif
 
 #ifdef CHECKED_MOTION
+#define DEPTH_AT(x, y) depth[AT(DEPTH, x, y, 0)]
 #define ALONG 0.25f  // render pixels by which vectors differ that still move along
+
+#define NEAR 2  // pixels around one that may be of its surface, where vectors draw it together
 
 // Depths of the pixel's neighbours that move along with it; −1 of the others.
 INLINE void find_companions(const Sizes* sizes, global const float* motion, global const float* depth, int x, int y,
@@ -96,7 +129,7 @@ INLINE void find_companions(const Sizes* sizes, global const float* motion, glob
         if (!INSIDE(MOTION, column, row)) continue;
         const float apart_x = fabs(motion[AT(MOTION, column, row, 0)] - motion_x);
         const float apart_y = fabs(motion[AT(MOTION, column, row, 1)] - motion_y);
-        if (apart_x <= ALONG && apart_y <= ALONG) companions[i] = depth[AT(DEPTH, column, row, 0)];
+        if (apart_x <= ALONG && apart_y <= ALONG) companions[i] = DEPTH_AT(column, row);
     }
 }
 
@@ -106,13 +139,17 @@ INLINE int is_companion(float depth, const float* companions) {
     return found;
 }
 
-// The weights of what is inside the image, and of that what hides the surface.
-INLINE void look(const Sizes* sizes, global const float* previous, int x, int y, float weight, float least,
-                 const float* companions, float* seen, float* hidden) {
-    if (!INSIDE(PREVIOUS, x, y)) return;
-    *seen += weight;
-    const float before = previous[AT(PREVIOUS, x, y, 0)];
-    if (before < least && !is_companion(before, companions)) *hidden += weight;
+// Whether one of the 5×5 pixels around (x, y) has that depth and was less than a pixel from (u, v).
+INLINE int is_from_near(const Sizes* sizes, global const float* motion, global const float* depth, int x, int y, int u,
+                        int v, float before, Frame frame) {
+    int found = 0;
+    for (int row = max(y - NEAR, 0); row <= min(y + NEAR, DEPTH_HEIGHT - 1); ++row)
+        for (int column = max(x - NEAR, 0); column <= min(x + NEAR, DEPTH_WIDTH - 1); ++column) {
+            const float off_x = column - u + (frame.jitter_x + motion[AT(MOTION, column, row, 0)]);
+            const float off_y = row - v + (frame.jitter_y + motion[AT(MOTION, column, row, 1)]);
+            found |= DEPTH_AT(column, row) == before && fabs(off_x) < 1 && fabs(off_y) < 1;
+        }
+    return found;
 }
 
 // The smaller difference to the neighbours along an axis; at the image's border to the one that there is.
@@ -122,12 +159,13 @@ INLINE float slope(float before, float here, float after, int has_before, int ha
 }
 
 INLINE int was_seen(const Sizes* sizes, global const float* motion, global const float* depth,
-                    global const float* previous, int x, int y, float shift_x, float shift_y) {
+                    global const float* previous, int x, int y, Frame frame) {
+    const float shift_x = frame.jitter_x + motion[AT(MOTION, x, y, 0)];
+    const float shift_y = frame.jitter_y + motion[AT(MOTION, x, y, 1)];
     // An invalid vector is not a number, and so not on screen.
     if (!(shift_x >= -0.5f - x && shift_x <= DEPTH_WIDTH - 0.5f - x && shift_y >= -0.5f - y &&
           shift_y <= DEPTH_HEIGHT - 0.5f - y))
         return 0;
-#define DEPTH_AT(x, y) depth[AT(DEPTH, x, y, 0)]
     const float here = DEPTH_AT(x, y);
     const float slopes =
         slope(DEPTH_AT(max(x - 1, 0), y), here, DEPTH_AT(min(x + 1, DEPTH_WIDTH - 1), y), x > 0, x < DEPTH_WIDTH - 1) +
@@ -136,10 +174,15 @@ INLINE int was_seen(const Sizes* sizes, global const float* motion, global const
     const Coordinate u = moved(x, shift_x), v = moved(y, shift_y);
     float seen = 0, hidden = 0, companions[9];
     find_companions(sizes, motion, depth, x, y, companions);
-    look(sizes, previous, u.whole, v.whole, (1 - u.fraction) * (1 - v.fraction), least, companions, &seen, &hidden);
-    look(sizes, previous, u.whole + 1, v.whole, u.fraction * (1 - v.fraction), least, companions, &seen, &hidden);
-    look(sizes, previous, u.whole, v.whole + 1, (1 - u.fraction) * v.fraction, least, companions, &seen, &hidden);
-    look(sizes, previous, u.whole + 1, v.whole + 1, u.fraction * v.fraction, least, companions, &seen, &hidden);
+    for (int i = 0; i < 4; ++i) {
+        const int column = u.whole + i % 2, row = v.whole + i / 2;
+        if (!INSIDE(PREVIOUS, column, row)) continue;
+        const float weight = (i % 2 ? u.fraction : 1 - u.fraction) * (i / 2 ? v.fraction : 1 - v.fraction);
+        seen += weight;
+        const float before = previous[AT(PREVIOUS, column, row, 0)];
+        if (before >= here || is_companion(before, companions)) continue;
+        if (before < least || !is_from_near(sizes, motion, depth, x, y, column, row, before, frame)) hidden += weight;
+    }
     return hidden <= 0.5f * seen;
 }
 
@@ -151,11 +194,9 @@ kernel __attribute__((reqd_work_group_size(WG_X, WG_Y, 1))) void checked_motion(
     TAKE(sizes);
     const int x = get_global_id(0), y = ROW_ITEM(1);
     if (x >= OUT_WIDTH || y >= OUT_HEIGHT) return;
-    const float motion_x = motion[AT(MOTION, x, y, 0)], motion_y = motion[AT(MOTION, x, y, 1)];
-    const int seen =
-        was_seen(sizes, motion, depth, previous, x, y, frame.jitter_x + motion_x, frame.jitter_y + motion_y);
-    out[AT(OUT, x, y, 0)] = seen ? motion_x : NAN;
-    out[AT(OUT, x, y, 1)] = seen ? motion_y : NAN;
+    const int seen = was_seen(sizes, motion, depth, previous, x, y, frame);
+    out[AT(OUT, x, y, 0)] = seen ? motion[AT(MOTION, x, y, 0)] : NAN;
+    out[AT(OUT, x, y, 1)] = seen ? motion[AT(MOTION, x, y, 1)] : NAN;
 }
 #endif
 

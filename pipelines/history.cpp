@@ -26,7 +26,8 @@ HistoryOptions history_options(const io::Safetensors& model) {
 
 CheckedHistory checked_history(graph::Graph& graph, graph::Value motion, graph::Value depth, double scale,
                                Size output) {
-    const graph::Value checked = graph.checked_motion(motion, depth, graph.previous_depth(motion, depth));
+    const graph::Value before = graph.depth_before(motion, depth);
+    const graph::Value checked = graph.checked_motion(motion, before, graph.previous_depth(motion, before));
     return {checked, graph.reproject(checked, depth, scale, output)};
 }
 

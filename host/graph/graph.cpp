@@ -115,6 +115,12 @@ Value Graph::dilate(Value motion, Value depth, int scale) {
                "dilate");
 }
 
+Value Graph::depth_before(Value motion, Value depth) {
+    const Shape in = shape(depth);
+    expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width}, "depth has the motion's size");
+    return add(DepthBefore{}, {motion, depth}, in, "depth before");
+}
+
 Value Graph::previous_depth(Value motion, Value depth) {
     const Shape in = shape(depth);
     expect(in.channels == 1 && shape(motion) == Shape{2, in.height, in.width}, "depth has the motion's size");

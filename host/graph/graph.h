@@ -112,6 +112,7 @@ class Graph {
     Value easu(Value color, double scale, Size output_size);
     Value rcas(Value color, float sharpness);
     Value dilate(Value motion, Value depth, int scale);
+    Value depth_before(Value motion, Value depth);
     Value previous_depth(Value motion, Value depth);
     Value landed_depth(Value motion, Value depth, float share);
     Value checked_motion(Value motion, Value depth, Value previous_depth);

@@ -138,6 +138,13 @@ struct Fill {
 
 // Checked history and held range: docs/history.md.
 
+/// depth_before(m, d). Inputs: motion, depth. Result: 1 channel at render resolution, from 0 to 1, stored as float.
+struct DepthBefore {
+    // Operations: depths' differences and the choice of a neighbour 10, vectors' 8, the area 5, its root and
+    // product 11.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 34}; }
+};
+
 /// previous_depth(m, d), or landed_depth(m, d) of docs/interpolate.md, which is that at a `share` of the way to the
 /// previous frame. Inputs: a plane of ones, in whose place the result is written (Graph::previous_depth), motion,
 /// depth. Result: 1 channel at render resolution, stored as float, the same whatever the order in which pixels are
@@ -151,8 +158,9 @@ struct PreviousDepth {
 /// checked_motion(m, d, P). Inputs: motion, depth, previous depth. Result: 2 channels at render resolution, NaN where
 /// there is no history.
 struct CheckedMotion {
-    // Operations: of 114 a pixel: nine companions 36, to which four pixels are compared 48, depths 12, weights 18.
-    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 57}; }
+    // Operations: of 224 a pixel: nine companions 36, to which and to 25 neighbours four pixels are compared 136,
+    // depths 34, weights 18.
+    Traits traits() const { return {Memory::own, Stored::f32, Pixels::all, kAnyRows, 112}; }
 };
 
 /// validity(m). Input: motion. Result: 1 channel, 0 everywhere in a reset frame.
@@ -456,12 +464,12 @@ struct Pointwise {
     }
 };
 
-using Operator =
-    std::variant<Input, Plane, Previous, Import, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample, Fit, Easu,
-                 Rcas, Dilate, Fill, PreviousDepth, CheckedMotion, Validity, Reproject, Range, Believed, LandedSource,
-                 MiddleMotion, Between, WarpSharply, Residual, Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool,
-                 Sharpen, OffsetMask, Project, Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker,
-                 NssInput, NssResolve, SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Numbers, Pointwise>;
+using Operator = std::variant<Input, Plane, Previous, Import, Upsample, UpsampleMotion, ZeroUpsample, Tiles, Resample,
+                              Fit, Easu, Rcas, Dilate, Fill, DepthBefore, PreviousDepth, CheckedMotion, Validity,
+                              Reproject, Range, Believed, LandedSource, MiddleMotion, Between, WarpSharply, Residual,
+                              Trust, Collect, Warp, MaxPool, Pick, Place, AveragePool, Sharpen, OffsetMask, Project,
+                              Mlaa, Radiance, Display, NssFar, NssScatter, NssGuide, NssFlicker, NssInput, NssResolve,
+                              SpaceToDepth, DepthToSpace, Concat, Slice, Convolution, Numbers, Pointwise>;
 
 inline Traits traits(const Operator& op) {
     return std::visit(

@@ -147,6 +147,7 @@ std::span<const Implementation> easu_implementations();
 std::span<const Implementation> rcas_implementations();
 std::span<const Implementation> dilate_implementations();
 std::span<const Implementation> fill_implementations();
+std::span<const Implementation> depth_before_implementations();
 std::span<const Implementation> previous_depth_implementations();
 std::span<const Implementation> checked_motion_implementations();
 std::span<const Implementation> validity_implementations();

@@ -89,8 +89,10 @@ TEST_SUITE("small") {
         CHECK(cost(before) == (12 + 6 + 8) * (16 * 8));
         CHECK(cost(graph.nodes[before].inputs[0]) == 0);  // the plane of ones
         CHECK(cost(graph.validity(motion)) == 2 * (16 * 8));
-        // Nine neighbours' two differences and comparisons; four pixels' weight twice, depth and nine companions.
-        CHECK(cost(graph.checked_motion(motion, depth, before)) == (9 * 4 + 4 * 12 + 12 + 18) * (16 * 8));
+        // Nine neighbours' two differences and comparisons; four pixels' weight twice, depth, nine and 25 neighbours.
+        CHECK(cost(graph.checked_motion(motion, depth, before)) == (9 * 4 + 4 * (9 + 25) + 34 + 18) * (16 * 8));
+        // Two axes' differences of depth and comparison, of vectors; the area; its root and the product.
+        CHECK(cost(graph.depth_before(motion, depth)) == (10 + 8 + 5 + 11) * (16 * 8));
         // Four neighbours' differences and comparisons, three channels.
         CHECK(cost(graph.mlaa(color, "mlaa")) == 4 * 2 * 3 * (16 * 8));
         CHECK(cost(graph.slice(color, 0, 2)) == 0);

@@ -26,15 +26,49 @@ float slope(const Planes& depth, int x, int y, int step_x, int step_y) {
     return std::isinf(least) ? 0 : least;
 }
 
-/// Whether one of the 3×3 pixels around has that depth and moves along (docs/history.md).
-bool is_companion(const Planes& motion, const Planes& depth, int x, int y, float distance) {
-    for (int row = y - 1; row <= y + 1; ++row)
-        for (int column = x - 1; column <= x + 1; ++column)
-            if (is_inside(depth.shape, column, row) && depth.at(0, column, row) == distance &&
+/// How the vector changes from one pixel to the next along an axis: as little as it does on either side.
+std::array<float, 2> change(const Planes& motion, int x, int y, int step_x, int step_y) {
+    std::array<float, 2> least{kNan, kNan};
+    for (const int sign : {-1, 1}) {
+        const int column = x + sign * step_x, row = y + sign * step_y;
+        if (!is_inside(motion.shape, column, row)) continue;
+        std::array<float, 2> found;
+        for (int c = 0; c < 2; ++c) found[c] = sign * (motion.at(c, column, row) - motion.at(c, x, y));
+        const auto size = [](const std::array<float, 2>& each) { return std::abs(each[0]) + std::abs(each[1]); };
+        if (size(found) < size(least) || std::isnan(size(least))) least = found;
+    }
+    return least;
+}
+
+Planes expected_depth_before(const Planes& motion, const Planes& depth) {
+    return planes(depth.shape, [&](int, int x, int y) {
+        const auto [xx, yx] = change(motion, x, y, 1, 0);
+        const auto [xy, yy] = change(motion, x, y, 0, 1);
+        const float area = (1 + xx) * (1 + yy) - xy * yx;
+        return std::min(depth.at(0, x, y) / std::cbrt(std::isfinite(area) ? std::clamp(area, 0.25f, 4.0f) : 1), 1.0f);
+    });
+}
+
+/// Whether one of the 5×5 pixels around has that depth and was within a pixel of the tap, and whether one of the 3×3
+/// has it and moves along (docs/history.md).
+struct Around {
+    bool near = false, companion = false;
+};
+Around look_around(const Planes& motion, const Planes& depth, int x, int y, const Tap& tap, float distance,
+                   Vec2 jitter) {
+    Around found;
+    for (int row = y - 2; row <= y + 2; ++row)
+        for (int column = x - 2; column <= x + 2; ++column) {
+            if (!is_inside(depth.shape, column, row) || depth.at(0, column, row) != distance) continue;
+            const float off_x = static_cast<float>(column - tap.x) + (jitter.x + motion.at(0, column, row)),
+                        off_y = static_cast<float>(row - tap.y) + (jitter.y + motion.at(1, column, row));
+            if (std::abs(off_x) < 1 && std::abs(off_y) < 1) found.near = true;
+            if (std::abs(column - x) <= 1 && std::abs(row - y) <= 1 &&
                 std::abs(motion.at(0, column, row) - motion.at(0, x, y)) <= 0.25f &&
                 std::abs(motion.at(1, column, row) - motion.at(1, x, y)) <= 0.25f)
-                return true;
-    return false;
+                found.companion = true;
+        }
+    return found;
 }
 
 bool has_history(const Planes& motion, const Planes& depth, const Planes& previous, int x, int y, Vec2 jitter) {
@@ -50,8 +84,8 @@ bool has_history(const Planes& motion, const Planes& depth, const Planes& previo
         if (!is_inside(shape, tap.x, tap.y)) continue;
         seen += tap.weight();
         const float before = previous.at(0, tap.x, tap.y);
-        if (is_companion(motion, depth, x, y, before)) continue;
-        if (before < here - tolerance) hidden += tap.weight();
+        const Around around = look_around(motion, depth, x, y, tap, before, jitter);
+        if (!around.companion && before < (around.near ? here - tolerance : here)) hidden += tap.weight();
     }
     return hidden <= seen / 2;
 }
@@ -159,6 +193,12 @@ void check_history(const Case& test) {
     const Planes previous = expected_previous_depth(motion, depth, test.jitter);
     const auto depth_layout = part_layout(plane, Storage::f32, 1, test.stride, test.offset);
     const auto motion_layout = part_layout(motion.shape, Storage::f32, 1, 4, 1);
+
+    runtime::Problem receding;
+    receding.node = {graph::DepthBefore{}, {}, plane, "depth before"};
+    receding.inputs = {motion_layout, depth_layout};
+    receding.output = part_layout(plane, Storage::f32, 1, 4, 0);
+    check_operator(receding, {motion, depth}, frame, expected_depth_before(motion, depth), 1e-6f);
 
     runtime::Problem fill;
     fill.node = {graph::Fill{1}, {}, plane, "fill"};
@@ -269,6 +309,39 @@ TEST_CASE("a surface that comes into sight behind another has no history") {
             const bool uncovered = x >= 5 && x < 8 && y >= 3 && y < 9;
             CHECK(is_valid(checked, x, y) == !uncovered);
         }
+}
+
+TEST_CASE("a thing that moves along with the camera uncovers the ground behind it") {
+    // The camera drives over a plane, seen from row −1, its horizon, on; a box before it keeps its distance.
+    constexpr int kWidth = 21, kHeight = 40;
+    constexpr float kHorizon = 8, kBox = 0.5f,
+                    kDriven = 0.1f;  // distances of row 0, of the box; what is driven a frame
+    const auto distance = [](int y) { return kHorizon / (y + 1); };
+    const auto is_box = [&](int x, int y) { return x >= 5 && x < 16 && distance(y) >= kBox; };
+    const Planes depth = planes({1, kHeight, kWidth},
+                                [&](int, int x, int y) { return is_box(x, y) ? kBox : std::min(distance(y), 1.0f); });
+    const auto row_before = [&](int y) { return kHorizon / (distance(y) + kDriven) - 1; };
+    const Planes motion = planes({2, kHeight, kWidth}, [&](int c, int x, int y) {
+        if (is_box(x, y)) return 0.0f;
+        const float size_before = distance(y) / (distance(y) + kDriven);
+        return c == 0 ? (x - kWidth / 2) * (size_before - 1) : row_before(y) - y;
+    });
+    const Planes before = expected_depth_before(motion, depth);
+    const Planes checked =
+        expected_checked_motion(motion, before, expected_previous_depth(motion, before, {0, 0}), {0, 0});
+    const float last_of_box = kHorizon / kBox - 1;
+    int uncovered = 0;
+    for (int y = 16; y < kHeight; ++y)
+        for (int x = 7; x < 14; ++x) {
+            CAPTURE(x);
+            CAPTURE(y);
+            CHECK(before.at(0, x, y) == doctest::Approx(distance(y) + kDriven).epsilon(0.02));
+            const float beyond = row_before(y) - (last_of_box + 0.5f);
+            if (std::abs(beyond) < 0.75f) continue;  // the box's edge is a pixel
+            CHECK(is_valid(checked, x, y) == (beyond > 0));
+            uncovered += beyond < 0;
+        }
+    CHECK(uncovered == 3 * 7);
 }
 
 TEST_CASE("a bar that stands still before a wall hides nothing of it") {

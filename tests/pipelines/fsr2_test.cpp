@@ -95,12 +95,13 @@ std::array<double, 4> collected(const Planes& color, const Planes& past, const P
     const int column = static_cast<int>(std::floor(std::clamp(u, 0.0, color.shape.width - 1.0) + 0.5 + 1.0 / 4096));
     const int row = static_cast<int>(std::floor(std::clamp(v, 0.0, color.shape.height - 1.0) + 0.5 + 1.0 / 4096));
     Color mean{}, square{}, fresh{}, first{}, shown;
+    const double trusted = trust.at(0, column, row), share = 0.003 + 0.1 * (1 - trusted);
     double weight = 0, soft_weight = 0;
     for (int j = row - 1; j <= row + 1; ++j)
         for (int i = column - 1; i <= column + 1; ++i) {
             const Color sample = color_at(color, i, j);
             const double squared = (i - u) * (i - u) + (j - v) * (j - v);
-            const double soft = std::exp2(-5 * squared), by = std::exp2(-3 * scale * scale * squared) + 0.003 * soft;
+            const double soft = std::exp2(-5 * squared), by = std::exp2(-3 * scale * scale * squared) + share * soft;
             for (int c = 0; c < 3; ++c) {
                 mean[c] += sample[c] / 9;
                 square[c] += sample[c] * sample[c] / 9;
@@ -111,7 +112,7 @@ std::array<double, 4> collected(const Planes& color, const Planes& past, const P
             soft_weight += soft;
         }
     if (past.at(3, x, y) > 0) {
-        const double trusted = trust.at(0, column, row), loose = 1 + 19 * trusted;
+        const double loose = 1 + 19 * trusted;
         const Color before = color_at(past, x, y);
         Color confined;
         double moved = 0, room = 1e-3;

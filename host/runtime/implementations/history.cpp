@@ -16,6 +16,18 @@ Lowered lower_fill(const Problem& problem, const Choices& choices) {
     return {std::move(call), std::nullopt};
 }
 
+Lowered lower_depth_before(const Problem& problem, const Choices& choices) {
+    KernelCall call;
+    call.file = "history";
+    call.entry = "depth_before";
+    call.options = "-DDEPTH_BEFORE";
+    add_images(call, {{"MOTION", problem.inputs[0]}, {"DEPTH", problem.inputs[1]}, {"OUT", problem.output}});
+    call.arguments = {{ArgumentKind::input, 0}, {ArgumentKind::input, 1}, {ArgumentKind::output}};
+    call.global = pixels(problem.output);
+    call.local = group_size(choices);
+    return {std::move(call), std::nullopt};
+}
+
 Lowered lower_previous_depth(const Problem& problem, const Choices& choices) {
     KernelCall call;
     call.file = "history";
@@ -67,6 +79,11 @@ Lowered lower_validity(const Problem& problem, const Choices& choices) {
 
 std::span<const Implementation> fill_implementations() {
     static const Implementation implementations[] = {{"fill", obvious, group_choices, lower_fill}};
+    return implementations;
+}
+
+std::span<const Implementation> depth_before_implementations() {
+    static const Implementation implementations[] = {{"depth before", obvious, group_choices, lower_depth_before}};
     return implementations;
 }
 

@@ -17,6 +17,9 @@ struct ByOperator {
     std::span<const Implementation> operator()(const graph::Rcas&) const { return rcas_implementations(); }
     std::span<const Implementation> operator()(const graph::Dilate&) const { return dilate_implementations(); }
     std::span<const Implementation> operator()(const graph::Fill&) const { return fill_implementations(); }
+    std::span<const Implementation> operator()(const graph::DepthBefore&) const {
+        return depth_before_implementations();
+    }
     std::span<const Implementation> operator()(const graph::PreviousDepth&) const {
         return previous_depth_implementations();
     }

@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from . import history, operators
 
 MOST, MOST_MOVING = 12.0, 0.6  # weight of a history that stands still, and of one that moves by an output pixel or more
-SHARP, SOFT, SHARE = 3.0, 5.0, 0.003
+SHARP, SOFT, SHARE, DOUBTED_SHARE = 3.0, 5.0, 0.003, 0.1
 LOOSE, TIGHT = 20.0, 1.0
 EXCESS = 1e-3
 NOISE = 8e-5
@@ -121,16 +121,17 @@ def collect(color, past, believed, motion, scale, jitter):
     def spread(image):
         return image[..., rows, :][..., columns]
 
+    believed, mean = spread(believed), spread(mean)
+    share = SHARE + DOUBTED_SHARE * (1 - believed)
     weight, soft_weight, fresh, first = 0, 0, 0, 0
     for k in range(9):
         j, i = divmod(k, 3)
         soft = soft_y[j][:, None] * soft_x[i]
-        both = hard_y[j][:, None] * hard_x[i] + SHARE * soft
+        both = hard_y[j][:, None] * hard_x[i] + share * soft
         sample = spread(samples[:, k])
         weight, soft_weight = weight + both, soft_weight + soft
         fresh, first = fresh + both * sample, first + soft * sample
     fresh, first = fresh / weight, first / soft_weight
-    believed, mean = spread(believed), spread(mean)
     before, kept = ycocg(past[:, :3]), past[:, 3:]
     reach = (TIGHT + (LOOSE - TIGHT) * believed) * spread(deviation)
     confined = torch.minimum(torch.maximum(before, mean - reach), mean + reach)

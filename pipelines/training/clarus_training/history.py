@@ -14,8 +14,10 @@ OPTIONS = {"history": ("plain", "checked"), "range": ("unit", "held")}
 SPLAT = 0.1  # the least bilinear weight with which a pixel's depth reaches one of the previous frame
 NEARER = 0.02  # of the depth: what is nearer by more has hidden a surface, also where it does not slope
 DEPTH_STEP = 2.0**-16  # of a 16-bit depth
+AREAS = 0.25, 4.0  # by which a surface's picture shrinks from this frame to the previous one, at the least and the most
 SILHOUETTE_DEPTH = 0.1  # of the smallest depth
 SILHOUETTE_MOTION = 0.25  # render pixels
+NEAR = 2  # pixels around one that may be of its surface, where vectors draw it together
 ALONG = 0.25  # render pixels by which vectors differ that still move along
 ALLOWED = 2 / 255  # outside the range of what is around
 COUNTED = 1e-3  # the least weight along an axis of a tap that counts
@@ -76,46 +78,77 @@ def previous_depth(motion, depth, jitter):
     return result.view_as(depth)
 
 
+def steps(image, axis, size):
+    """Differences along an axis to the neighbour before and to the one after; at the border to the one that there is."""
+    if size == 1:
+        return torch.zeros_like(image), torch.zeros_like(image)
+    step = image.narrow(axis, 1, size - 1) - image.narrow(axis, 0, size - 1)
+    return torch.cat((step.narrow(axis, 0, 1), step), dim=axis), torch.cat((step, step.narrow(axis, size - 2, 1)), dim=axis)
+
+
+def depth_before(motion, depth):
+    """What each pixel's surface had as its depth in the previous frame [N, 1, h, w], by how much it has grown since."""
+    if 1 in depth.shape[-2:]:
+        return depth.clamp(max=1)
+    changes = []
+    for axis in (3, 2):
+        before, after = steps(motion, axis, depth.shape[axis])
+        sizes = [each.abs().sum(dim=1, keepdim=True) for each in (before, after)]
+        less = (sizes[1] < sizes[0]) | sizes[0].isnan()  # across an edge it is more
+        changes.append(torch.where(less, after, before).chunk(2, dim=1))
+    (xx, yx), (xy, yy) = changes
+    area = (1 + xx) * (1 + yy) - xy * yx
+    area = torch.where(torch.isfinite(area), area, torch.ones_like(area)).clamp(*AREAS)
+    return (depth / area ** (1 / 3)).clamp(max=1)
+
+
 def slopes(depth):
     """A surface's own slope along x and along y, added up: the smaller of the differences to both neighbours."""
     total = torch.zeros_like(depth)
     for axis in (2, 3):
-        size = depth.shape[axis]
-        if size == 1:
-            continue
-        step = (depth.narrow(axis, 1, size - 1) - depth.narrow(axis, 0, size - 1)).abs()
-        before = torch.cat((step.narrow(axis, 0, 1), step), dim=axis)
-        after = torch.cat((step, step.narrow(axis, size - 2, 1)), dim=axis)
-        total = total + torch.minimum(before, after)
+        before, after = steps(depth, axis, depth.shape[axis])
+        total = total + torch.minimum(before.abs(), after.abs())
     return total
+
+
+def neighbors(image, radius):
+    """The (2·radius + 1)² pixels around each, in raster order; NaN outside the image."""
+    height, width = image.shape[-2:]
+    padded, span = F.pad(image, (radius,) * 4, value=float("nan")), range(2 * radius + 1)
+    return [padded[:, :, j : j + height, i : i + width] for j in span for i in span]
 
 
 def companions(motion, depth):
     """Depths of each pixel's 3×3 neighbours that move along with it [N, 9, h, w]; −1 of the others."""
-    height, width = depth.shape[-2:]
-    around = F.pad(torch.cat((motion, depth), dim=1), (1, 1, 1, 1), value=float("nan"))
-    around = [around[:, :, j : j + height, i : i + width] for j in range(3) for i in range(3)]
+    around = neighbors(torch.cat((motion, depth), dim=1), 1)
     along = [((each[:, :2] - motion).abs() <= ALONG).all(dim=1, keepdim=True) for each in around]
     return torch.cat([torch.where(a, each[:, 2:], torch.full_like(depth, -1)) for a, each in zip(along, around)], dim=1)
 
 
 def checked_motion(motion, depth, jitter, previous=None):
-    """Motion with NaN where the previous frame did not show the surface."""
+    """Motion with NaN where the previous frame did not show the surface; `depth` is that of `depth_before`."""
     previous = previous_depth(motion, depth, jitter) if previous is None else previous
     height, width = depth.shape[-2:]
     valid = is_valid(motion)
-    moved = motion.masked_fill(~valid, 0)
-    x, y = (place + moved[:, i : i + 1] for i, place in enumerate(coordinates(depth, jitter)))
+    x, y = (place + motion[:, i : i + 1] for i, place in enumerate(coordinates(depth, jitter)))
     on_screen = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
     least = depth - (NEARER * depth + 2 * slopes(depth) + DEPTH_STEP)
     seen, nearer = torch.zeros_like(depth), torch.zeros_like(depth)
     along = companions(motion, depth)
+    around_x, around_y, around = (torch.cat(neighbors(each.expand_as(depth), NEAR), dim=1) for each in (x, y, depth))
     for index, weight, inside in taps(x, y, (height, width)):
         weight = weight * inside
         seen = seen + weight
         before = previous.flatten(1).gather(1, index.flatten(1)).view_as(depth)
-        nearer = nearer + weight * ((before < least) & ~(along == before).any(dim=1, keepdim=True))
+        there = ((around_x - index % width).abs() < 1) & ((around_y - index // width).abs() < 1)
+        near, companion = ((there & (around == before)).any(dim=1, keepdim=True), (along == before).any(dim=1, keepdim=True))
+        nearer = nearer + weight * ((before < torch.where(near, least, depth)) & ~companion)
     return motion.masked_fill(~(valid & on_screen & (nearer <= 0.5 * seen)), float("nan"))
+
+
+def checked(motion, depth, jitter):
+    """`checked_motion` of a frame's motion and depth."""
+    return checked_motion(motion, depth_before(motion, depth), jitter)
 
 
 def validity(motion):
@@ -258,5 +291,5 @@ def followed(frame, scale):
     """`reproject` and `checked_motion` of a frame."""
     if frame.followed is not None:
         return frame.followed, frame.checked
-    checked = checked_motion(frame.motion, frame.depth, frame.jitter)
-    return reproject(checked, frame.depth, scale, frame.motion_jitter), checked
+    seen = checked(frame.motion, frame.depth, frame.jitter)
+    return reproject(seen, frame.depth, scale, frame.motion_jitter), seen

@@ -1,7 +1,9 @@
 """Sequences in the native layout, decoded once into arrays that training cuts clips from."""
 
+import hashlib
 import json
 import os
+import pathlib
 import resource
 import shutil
 
@@ -46,11 +48,11 @@ class Sequence:
 
     def follow(self):
         """Adds `followed` [T, H, W, 2], in output pixels, and `checked` [T, h, w, 2], both float16: see history.py."""
-        self._load("followed", ["followed", "checked"])
+        self._load(f"followed-{source_of(history)}", ["followed", "checked"])
 
     def collect(self):
         """Adds `collected` [T, H, W, 4] and `trust` [T, h, w, 1], both float16: see fsr2.py."""
-        self._load("collected", ["collected", "trust"])
+        self._load(f"collected-{source_of(fsr2, history)}", ["collected", "trust"])
 
     def _load(self, kind, names):
         """Sets attributes to arrays that are decoded where they are not there yet."""
@@ -131,7 +133,7 @@ class Sequence:
         return np.stack(frames)
 
     def _checked(self, t):
-        return history.checked_motion(self.images("motion", t), self.images("depth", t), self.jitter[t])
+        return history.checked(self.images("motion", t), self.images("depth", t), self.jitter[t])
 
     def _decode_followed(self):
         def followed(t):
@@ -160,6 +162,12 @@ class Sequence:
 
     def _decode_checked(self):
         return np.stack([self._checked(t)[0].movedim(0, 2).half().numpy() for t in range(len(self))])
+
+
+def source_of(*modules):
+    """A name of what modules say at present: what they have made is made anew when they change."""
+    said = [pathlib.Path(module.__file__).read_bytes() for module in (*modules, operators)]
+    return hashlib.sha256(b"".join(said)).hexdigest()[:12]
 
 
 def display(pixels, is_linear, exposure=1.0):

@@ -55,12 +55,35 @@ def plain_slope(line, i):
     return min(steps, default=0)
 
 
-def plain_companions(motion, depth, x, y):
+def plain_depth_before(motion, depth):
+    height, width = depth.shape[2:]
+    result = torch.zeros_like(depth)
+    for y in range(height):
+        for x in range(width):
+            changes, here = [], depth[0, 0, y, x]
+            for right, down in ((1, 0), (0, 1)):
+                sides = [s for s in (-1, 1) if 0 <= x + s * right < width and 0 <= y + s * down < height]
+                found = [s * (motion[0, :, y + s * down, x + s * right] - motion[0, :, y, x]) for s in sides]
+                known = [each for each in found if not each.sum().isnan()] or found
+                changes.append(min(known, key=lambda each: each.abs().sum(), default=torch.full((2,), math.nan)))
+            (xx, yx), (xy, yy) = changes
+            area = ((1 + xx) * (1 + yy) - xy * yx).item()
+            area = min(max(area, 0.25), 4) if math.isfinite(area) else 1
+            result[0, 0, y, x] = min(here.item() / area ** (1 / 3), 1)
+    return result
+
+
+def plain_neighbors(depth, x, y, radius):
     height, width = depth.shape
+    for row in range(max(y - radius, 0), min(y + radius + 1, height)):
+        for column in range(max(x - radius, 0), min(x + radius + 1, width)):
+            yield row, column, depth[row, column].item()
+
+
+def plain_companions(motion, depth, x, y):
     return [
-        depth[row, column].item()
-        for row in range(max(y - 1, 0), min(y + 2, height))
-        for column in range(max(x - 1, 0), min(x + 2, width))
+        distance
+        for row, column, distance in plain_neighbors(depth, x, y, 1)
         if (motion[:, row, column] - motion[:, y, x]).abs().max() <= 0.25
     ]
 
@@ -80,8 +103,17 @@ def plain_checked_motion(motion, depth, previous, jitter):
             least = d - (0.02 * d + 2 * slope + 2**-16)
             places = list(around(u, v, (height, width)))
             along = plain_companions(motion[0], depth[0, 0], x, y)
-            before = [(previous[0, 0, row, column].item(), weight) for row, column, weight in places]
-            nearer = sum(weight for distance, weight in before if distance < least and distance not in along)
+            nearer = 0
+            for row, column, weight in places:
+                before = previous[0, 0, row, column].item()
+                near = any(
+                    distance == before
+                    and abs(i + jitter[0] + motion[0, 0, j, i] - column) < 1
+                    and abs(j + jitter[1] + motion[0, 1, j, i] - row) < 1
+                    for j, i, distance in plain_neighbors(depth[0, 0], x, y, 2)
+                )
+                if before not in along and before < (least if near else d):
+                    nearer += weight
             if nearer <= 0.5 * sum(weight for _, _, weight in places):
                 result[0, :, y, x] = motion[0, :, y, x]
     return result
@@ -150,15 +182,16 @@ class Operators(unittest.TestCase):
                 motion, depth = scene(size, seed)
                 previous = history.previous_depth(motion, depth, (0.3, -0.4))
                 self.assertTrue(torch.equal(previous, plain_previous_depth(motion, depth, (0.3, -0.4))))
+                self.assertTrue(same(history.depth_before(motion, depth), plain_depth_before(motion, depth)))
                 checked = history.checked_motion(motion, depth, (0.3, -0.4))
                 self.assertTrue(same(checked, plain_checked_motion(motion, depth, previous, (0.3, -0.4))))
 
     def test_each_image_of_a_batch_has_its_own_jitter(self):
         motion, depth = scene((7, 9))
         jitters = ((0.25, -0.5), (-0.125, 0.375))
-        together = history.checked_motion(motion.repeat(2, 1, 1, 1), depth.repeat(2, 1, 1, 1), jitters)
+        together = history.checked(motion.repeat(2, 1, 1, 1), depth.repeat(2, 1, 1, 1), jitters)
         for one, jitter in zip(together, jitters):
-            self.assertTrue(same(one[None], history.checked_motion(motion, depth, jitter)))
+            self.assertTrue(same(one[None], history.checked(motion, depth, jitter)))
 
     def test_reproject(self):
         for size in SIZES:
@@ -192,7 +225,7 @@ class Meaning(unittest.TestCase):
         motion, depth = moving_box()
         expected = torch.ones(16, 32)
         expected[4:12, 8:14] = 0
-        validity = history.validity(history.checked_motion(motion, depth, (0.0, 0.0)))[0, 0]
+        validity = history.validity(history.checked(motion, depth, (0.0, 0.0)))[0, 0]
         self.assertTrue(torch.equal(validity, expected))
 
     def test_a_silhouette_follows_the_nearer_surface(self):
@@ -206,13 +239,13 @@ class Meaning(unittest.TestCase):
         depth = 1 / (y + 4)
         motion = torch.zeros(1, 2, 24, 32)
         motion[0, 1] = 0.02 * (y + 4)
-        validity = history.validity(history.checked_motion(motion, depth[None, None], (0.1, 0.2)))
+        validity = history.validity(history.checked(motion, depth[None, None], (0.1, 0.2)))
         self.assertTrue((validity[..., :-1, :] == 1).all())
 
     def test_new_pixels_at_the_border_have_no_history(self):
         motion = torch.zeros(1, 2, 8, 8)
         motion[:, 0] = 3
-        validity = history.validity(history.checked_motion(motion, torch.full((1, 1, 8, 8), 0.5), (0.0, 0.0)))
+        validity = history.validity(history.checked(motion, torch.full((1, 1, 8, 8), 0.5), (0.0, 0.0)))
         self.assertTrue((validity[..., :5] == 1).all() and (validity[..., 5:] == 0).all())
 
 
