@@ -83,19 +83,19 @@ def keys(distance):
     return np.where(x <= 1, near, np.where(x < 2, far, 0))
 
 
-def keys_resample(image, scale, size):
-    """An image at `size` (height, width), by Keys' cubic around (X+½)/scale − ½ along each axis, a scale from 0; border
-    clamp. Below 1 nothing is averaged.
+def keys_resample(image, scale, size, jitter=(0.0, 0.0)):
+    """An image at `size` (height, width), by Keys' cubic around (X+½)/scale − ½ − jx, likewise along y, a scale from 0;
+    border clamp. Below 1 nothing is averaged.
     """
 
-    def weights(pixels, made):
-        place = (np.arange(made) + 0.5) / scale - 0.5
+    def weights(pixels, made, offset):
+        place = (np.arange(made) + 0.5) / scale - 0.5 - offset
         taps = np.floor(place).astype(int)[:, None] + np.arange(-1, 3)
         matrix = np.zeros((made, pixels))
         np.add.at(matrix, (np.arange(made)[:, None], taps.clip(0, pixels - 1)), keys(place[:, None] - taps))
         return torch.from_numpy(matrix).to(image)
 
-    along_y, along_x = (weights(pixels, made) for pixels, made in zip(image.shape[2:], size))
+    along_y, along_x = map(weights, image.shape[2:], size, reversed(jitter))
     with torch.autocast(image.device.type, enabled=False):
         return along_y @ image @ along_x.T
 

@@ -53,7 +53,7 @@ def run(network, sequence, frames=None, library=None):
         for t in range(min(len(sequence), frames or len(sequence))):
             frame, reference = sequence.frame(t, device), sequence.images("reference", t, device)
             output, state = network.step(frame, None if sequence.reset[t] else state)
-            bicubic = operators.keys_upsample(frame.color, sequence.scale, frame.jitter)
+            bicubic = operators.keys_resample(frame.color, sequence.scale, reference.shape[2:], frame.jitter).clamp(0, 1)
             if library:
                 library.compare(frame, sequence.reset[t], output)
             figures.append((psnr(rounded(output), reference), psnr(rounded(bicubic), reference)))
