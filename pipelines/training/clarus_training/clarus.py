@@ -138,17 +138,22 @@ def create(scale, features, middle, without=()):
 
 
 def joined(networks):
-    """One for any scale, of those of every grid."""
-    shapes = {}
-    for each in networks:
-        if each.grid in shapes:
-            raise SystemExit(f"--join: two networks of scale {each.grid}")
-        shapes[each.grid] = (each.layers[0].out_channels, len(each.layers) - 2)
-    if sorted(shapes) != GRIDS:
-        raise SystemExit(f"--join: a network of each of the scales {GRIDS} makes one of any, not of {sorted(shapes)}")
-    result = Clarus("any", shapes, conditioned=True)
-    for each in networks:
-        getattr(result, f"x{each.grid}").load_state_dict(each.layers.state_dict())
+    """One for any scale, of those of every grid. One of several grids has what no other has."""
+    chosen = {}
+    for each in sorted(networks, key=lambda each: len(each.grids)):
+        for grid in each.grids:
+            if grid in chosen and len(each.grids) == 1:
+                raise SystemExit(f"--join: two networks of scale {grid}")
+            chosen.setdefault(grid, each)
+    if sorted(chosen) != GRIDS:
+        raise SystemExit(f"--join: a network of each of the scales {GRIDS} makes one of any, not of {sorted(chosen)}")
+    parts = {grid: getattr(each, f"x{grid}") for grid, each in chosen.items()}
+    result = Clarus("any", {grid: (len(layers[0].bias), len(layers) - 2) for grid, layers in parts.items()})
+    for grid, layers in parts.items():
+        ours = getattr(result, f"x{grid}")
+        first = layers[0].plain if isinstance(layers[0], Conditioned) else layers[0].weight
+        ours[0].load_state_dict({"weight": first, "bias": layers[0].bias})
+        ours[1:].load_state_dict(layers[1:].state_dict())
     return result
 
 

@@ -17,6 +17,11 @@ def load_checkpoint(path):
     return network
 
 
+def load(path):
+    """The network of a checkpoint or of a model file."""
+    return model_file.load(path) if path.endswith(".safetensors") else load_checkpoint(path)
+
+
 def same_shape(state, other):
     """Whether two networks' tensors agree in their names and shapes."""
     return {name: t.shape for name, t in state.items()} == {name: t.shape for name, t in other.items()}
@@ -47,7 +52,10 @@ def main():
         "--mix", nargs=2, metavar=("CHECKPOINT", "SHARE"), help="weights that much nearer those of a later training"
     )
     parser.add_argument(
-        "--join", nargs="+", metavar="CHECKPOINT", help="clarus: those of the other scales, for one model of any scale"
+        "--join",
+        nargs="+",
+        metavar="FILE",
+        help="clarus: checkpoints of the other scales, or a model file that has them, for one model of any scale",
     )
     parser.add_argument("--mlp", action="store_true", help="also write the MLP, for jitters the table does not have")
     parser.add_argument("--float32", action="store_true", help="store weights in single precision, not in half")
@@ -64,7 +72,7 @@ def main():
             raise SystemExit(f"--mix {arguments.mix[0]}: a network of another shape")
         mix(network, other, float(arguments.mix[1]))
     if arguments.join:
-        networks = [network, *map(load_checkpoint, arguments.join)]
+        networks = [network, *map(load, arguments.join)]
         if any(each.pipeline != "clarus" for each in networks):
             raise SystemExit("--join: networks of pipeline clarus make one of any scale, and of no other")
         network = clarus.joined(networks)

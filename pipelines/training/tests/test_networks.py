@@ -184,6 +184,13 @@ class Networks(unittest.TestCase):
             flat = [each._replace(color=torch.full_like(each.color, 0.25)) for each in clip]
             for output in frame.run(every, flat):
                 self.assertLess((output - 0.25).abs().max().item(), 1e-5, scale)
+        # A network that has learned on goes into a model file's in place of the one that was there.
+        with torch.no_grad():
+            trained[0].layers[-1].bias += 0.01
+        replaced = clarus.joined([trained[0], loaded])
+        for each in ("x2", "x3", "x4"):
+            source = trained[0] if each == f"x{trained[0].grid}" else loaded
+            self.assertTrue(torch.equal(getattr(replaced, each)[-1].bias, getattr(source, each)[-1].bias), each)
         for wrong in (trained[:2], [*trained, trained[0]]):
             with self.assertRaisesRegex(SystemExit, "--join: "):
                 clarus.joined(wrong)
