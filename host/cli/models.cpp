@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
@@ -40,6 +41,18 @@ std::string scale_text(const Model& model) {
     return std::isinf(scales.largest) ? "any" : fmt::format("{:g}-{:g}", scales.smallest, scales.largest);
 }
 
+/// What frames are to have. Jitter is Halton's unless told.
+std::string_view wants(const Model& model) {
+    static const std::map<std::string_view, std::string_view> of_pipelines = {
+        {"clarus", "colour, depth, motion, jitter"}, {"enss", "colour, depth, motion, jitter"},
+        {"nsrr", "colour, depth, motion, jitter"},   {"nss", "colour, depth, motion, jitter"},
+        {"fsr2", "colour, depth, motion, jitter"},   {"mnss", "colour, depth, motion, MNSS's jitter"},
+        {"srpo", "colour, aliased, without jitter"}, {"stack", "colour, antialiased, without jitter"},
+    };
+    const auto found = of_pipelines.find(model.pipeline());
+    return found == of_pipelines.end() ? "colour" : found->second;
+}
+
 nlohmann::ordered_json to_json(const Model& model) {
     const ScaleRange scales = model.scales();
     auto options = nlohmann::ordered_json::array();
@@ -53,6 +66,7 @@ nlohmann::ordered_json to_json(const Model& model) {
         {"name", model.name()}, {"pipeline", model.pipeline()}, {"smallest_scale", scales.smallest}};
     json["largest_scale"] =
         std::isinf(scales.largest) ? nlohmann::ordered_json() : nlohmann::ordered_json(scales.largest);
+    json["wants"] = wants(model);
     json["parameters"] = model.tensors() ? model.tensors()->elements() : 0;
     json["file"] =
         model.tensors() ? nlohmann::ordered_json(model.tensors()->path().string()) : nlohmann::ordered_json();
@@ -74,17 +88,22 @@ void print_models_as_json() {
 }
 
 void print_models() {
-    fmt::print("{:<18}  {:<10}  {:>5}  {:>12}\n", "model", "pipeline", "scale", "parameters");
+    constexpr std::string_view kRow = "{:<18}  {:<10}  {:>5}  {:>12}  {}\n";
+    fmt::print(fmt::runtime(kRow), "model", "pipeline", "scale", "parameters", "wants");
     for (const std::string& name : Model::names()) {
         try {
             const Model model = Model::find(name);
             const io::Safetensors* tensors = model.tensors();
-            fmt::print("{:<18}  {:<10}  {:>5}  {:>12}\n", name, model.pipeline(), scale_text(model),
-                       tensors ? tensors->elements() : 0);
+            fmt::print(fmt::runtime(kRow), name, model.pipeline(), scale_text(model), tensors ? tensors->elements() : 0,
+                       wants(model));
         } catch (const Error& error) {
             fmt::print("{:<18}  {}\n", name, error.what());
         }
     }
+    fmt::print(
+        "\nWhich first: clarus-m, at any scale; enss-s-x2 where time is short; fsr2 without a network. With colour "
+        "alone\n"
+        "espcn-x2, of aliased frames srpo-x2. What each gains and costs: docs/choosing-a-model.md\n");
     fmt::print("\noptions of pipelines, for clarus upscale\n");
     for (const PipelineFlag& flag : pipeline_flags()) fmt::print("  {:<18}  {}\n", flag.flag, flag.help);
 }
@@ -142,9 +161,10 @@ void add_models_command(CLI::App& app) {
         "Models are also looked for in the folders that CLARUS_MODEL_PATH names, separated by ':'.\n\n"
         "Examples:\n  clarus models\n  clarus models --json | jq -r '.[].name'");
     const auto as_json = std::make_shared<bool>(false);
-    command.add_flag("--json", *as_json,
-                     "A list for programs: name, pipeline, smallest and largest scale (null: any), parameters, file, "
-                     "metadata, options");
+    command.add_flag(
+        "--json", *as_json,
+        "A list for programs: name, pipeline, smallest and largest scale (null: any), what frames are to have "
+        "(wants), parameters, file, metadata, options");
     command.callback([as_json] { *as_json ? print_models_as_json() : print_models(); });
 }
 

@@ -1467,6 +1467,8 @@ TEST_CASE("models lists a damaged file with what is wrong, and goes on") {
     CHECK(models["whole"]["largest_scale"] == 2);
     CHECK(models["whole"]["file"] == (folder / "whole.safetensors").string());
     CHECK(models["bicubic"]["largest_scale"].is_null());
+    CHECK(models["bicubic"]["wants"] == "colour");
+    CHECK(models["fsr2"]["wants"] == "colour, depth, motion, jitter");
     CHECK(models["fsr2"]["options"].size() > 0);
 }
 
